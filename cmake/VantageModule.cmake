@@ -1,0 +1,22 @@
+# vantage_add_module(<name> SOURCES <file>... [DEPENDS <target>...] [PRIVATE_DEPENDS <target>...])
+#
+# Static library vantage_<name> (alias vantage::<name>). DEPENDS is the module's place in the layer graph
+# of docs/architecture.md; tools/check_layers.py holds the #include lines to it.
+function(vantage_add_module name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS")
+  add_library(vantage_${name} STATIC ${arg_SOURCES})
+  add_library(vantage::${name} ALIAS vantage_${name})
+  target_include_directories(vantage_${name} PUBLIC ${PROJECT_SOURCE_DIR}/include)
+  target_link_libraries(vantage_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS} vantage_warnings)
+endfunction()
+
+# vantage_add_test(<module>/<unit>_test [DEPENDS <target>...]): one executable and ctest entries per file.
+function(vantage_add_test path)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DEPENDS")
+  cmake_path(GET path FILENAME name)
+  add_executable(${name} ${PROJECT_SOURCE_DIR}/tests/${path}.cpp)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
+  target_compile_definitions(${name} PRIVATE VANTAGE_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
+  target_link_libraries(${name} PRIVATE ${arg_DEPENDS} vantage_warnings GTest::gtest_main)
+  gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60)
+endfunction()

@@ -1,0 +1,12 @@
+# Build options, warnings and sanitizers of every target of the project.
+option(VANTAGE_BUILD_BENCH "Build the benchmark programs (Google Benchmark)" OFF)
+set(VANTAGE_SANITIZE "" CACHE STRING "Sanitizers of the build: empty, address,undefined or thread")
+
+add_library(vantage_warnings INTERFACE)
+target_compile_options(vantage_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Werror)
+
+if(VANTAGE_SANITIZE)
+  add_compile_options(-fsanitize=${VANTAGE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${VANTAGE_SANITIZE})
+endif()

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "vantage/camera/camera_model.h"
+#include "vantage/features/feature_set.h"
+#include "vantage/features/marker.h"
+#include "vantage/math/sizes.h"
+#include "vantage/observability/measures.h"
+#include "vantage/robot/arm_model.h"
+#include "vantage/robot/kinematics.h"
+
+/// @file
+/// What a camera would see of the arm from somewhere, by the model: the ground the view planner, the
+/// trigger and the offline placement share.
+
+namespace vantage {
+
+/// What the servo looks at. Constant during a run, but for the goal.
+struct ViewModel {
+  ArmModel arm;
+  CameraModel camera;
+  FeatureSet features;
+  std::vector<Marker> markers;    ///< On the end effector, poses in E; index = point of `features`.
+};
+
+/// Demands on a view.
+struct ViewLimits {
+  double margin{20.0};          ///< Distance of every marker to the image border [px].
+  double min_depth{0.3};        ///< [m].
+  double max_depth{20.0};       ///< [m].
+  double max_incidence{1.3};    ///< Angle between a marker's normal and the ray to it [rad].
+};
+
+/// First thing that spoils a view, in the order they are checked.
+enum class ViewFault : int {
+  kNone = 0,
+  kBehind,         ///< A marker is behind the camera.
+  kTooNear,        ///< Nearer than min_depth.
+  kTooFar,         ///< Beyond max_depth.
+  kOutOfImage,     ///< Outside the image, margin included.
+  kFacesAway,      ///< Seen from behind or too obliquely.
+  kHidden,         ///< A link of the arm stands before it.
+};
+
+/// A marker centre with its normal, in the world.
+struct PlacedMarker {
+  Eigen::Vector3d p_W, normal_W;
+  double radius;
+};
+
+/// The arm at one configuration, with all that views of it need. Computed once for many cameras.
+struct ArmSample {
+  JointVector q;
+  Kinematics kinematics;
+  std::vector<PlacedMarker> markers;     ///< The end effector's.
+  std::vector<PlacedCapsule> capsules;
+};
+[[nodiscard]] ArmSample SampleArm(const ViewModel& model, const JointVector& q);
+
+/// The first fault of seeing `marker` from X_WC; occlusion by `capsules` (the marker's own surroundings
+/// excepted: a capsule that the marker's centre lies in or touches hides it only from behind).
+[[nodiscard]] ViewFault CheckMarker(const CameraModel& camera, const ViewLimits& limits,
+                                    const Eigen::Isometry3d& X_WC, const PlacedMarker& marker,
+                                    const std::vector<PlacedCapsule>& capsules) noexcept;
+
+/// Composite Jacobian of all the model's markers at the sample, visible or not, as long as they are in
+/// front of the camera (rows of points behind are left out).
+[[nodiscard]] TaskJacobian CompositeJacobian(const ViewModel& model, const ArmSample& sample,
+                                             const Eigen::Isometry3d& X_WC);
+
+}  // namespace vantage

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+/// @file
+/// Rigid motions. A twist is (v, ω): the velocity of the frame's origin [m/s], then the angular
+/// velocity [rad/s]. A pose X_AB maps coordinates in B to coordinates in A: p_AP = X_AB * p_BP.
+
+namespace vantage {
+
+using Twist = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Matrix of the cross product: Skew(a) * b = a × b.
+[[nodiscard]] Eigen::Matrix3d Skew(const Eigen::Vector3d& a) noexcept;
+
+/// Twist map of one rigid body between two frames fixed to it: V_WA_A = AdjointMap(X_AB) * V_WB_B.
+///
+/// @return 6×6; the upper right block is in [m].
+/// @see K. M. Lynch, F. C. Park, "Modern Robotics", Cambridge 2017, sec. 3.3.2 (there (ω, v)).
+[[nodiscard]] Matrix6d AdjointMap(const Eigen::Isometry3d& X_AB) noexcept;
+
+/// Pose reached from X_WA by moving for 1 s at a constant twist V_WA_A, that is X_WA * exp(V).
+/// V may be any step: a displacement (translation [m], rotation vector [rad]).
+[[nodiscard]] Eigen::Isometry3d Advance(const Eigen::Isometry3d& X_WA,
+                                        const Twist& step_A) noexcept;
+
+/// The displacement that Advance() needs to go from X_WA to X_WB; rotation angle in [0, π].
+[[nodiscard]] Twist Displacement(const Eigen::Isometry3d& X_WA,
+                                 const Eigen::Isometry3d& X_WB) noexcept;
+
+/// True when every entry is finite and the rotation is orthonormal to 1e-6.
+[[nodiscard]] bool IsPose(const Eigen::Isometry3d& X) noexcept;
+
+}  // namespace vantage

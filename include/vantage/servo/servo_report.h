@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "vantage/active/active_camera.h"
+#include "vantage/math/sizes.h"
+#include "vantage/math/time.h"
+#include "vantage/observability/measures.h"
+
+/// @file
+/// What a servo says of itself: the content of OBSERVABILITY and SERVO_STATUS.
+
+namespace vantage {
+
+/// States of a servo.
+enum class ServoState : int {
+  kIdle = 0,           ///< Not started, or stopped by the operator.
+  kAcquiring = 1,      ///< Waits for a first complete set of inputs.
+  kServoing = 2,       ///< Moves the arm towards the goal.
+  kRepositioning = 3,  ///< As kServoing, while the camera moves to a better view.
+  kHolding = 4,        ///< At rest or coming to rest for the named reason; resumes by itself.
+  kConverged = 5,      ///< Error below the tolerance for the settling time.
+  kFault = 6,          ///< At rest; does not resume without the operator.
+};
+
+/// Why a servo holds, or why it stopped.
+enum class HoldReason : int {
+  kNone = 0,
+  kNoJointState = 1,       ///< None yet.
+  kStaleJointState = 2,    ///< Older than its limit.
+  kNoCameraPose = 3,
+  kStaleCameraPose = 4,
+  kNoFeatures = 5,         ///< No image yet.
+  kStaleFeatures = 6,
+  kTooFewFeatures = 7,     ///< Fewer rows seen than the task needs.
+  kNotFinite = 8,          ///< A NaN or infinity in an input or a result.
+  kPointBehindCamera = 9,  ///< By the model a marker or its goal is not in front of the camera.
+  kArmSingular = 10,       ///< w_r ~ 0 and no way on.
+  kJointLimit = 11,        ///< A joint is at its limit and the task wants to go beyond.
+  kOperator = 12,          ///< Told to stop.
+};
+
+/// Names as printed and logged: "SERVOING", "STALE_JOINT_STATE", ...
+[[nodiscard]] const char* Name(ServoState state) noexcept;
+[[nodiscard]] const char* Name(HoldReason reason) noexcept;
+[[nodiscard]] const char* Name(LowCause cause) noexcept;
+[[nodiscard]] const char* Name(ActiveState state) noexcept;
+[[nodiscard]] const char* Name(ActiveReason reason) noexcept;
+
+/// Live observability: content of the OBSERVABILITY channel.
+struct ObservabilityReport {
+  Time stamp{};
+  std::int64_t seq{0};              ///< Control periods since the start.
+  int k{0}, m{6}, n{0};             ///< Feature rows, task dimension, joints.
+  double w_v{0.0}, w_r{0.0}, w_c{0.0};
+  Measure composite;                ///< Singular values of J_c and what follows from them.
+  double sigma_min_v{0.0}, sigma_min_r{0.0};
+  /// Axes of the observability ellipsoid of J_c: column i is σ_i u_i in feature space [px/rad], k rows.
+  TaskJacobian axes;
+  double mm_per_px{0.0};            ///< Worst motion of a marker that one pixel of error may hide [mm/px].
+  double threshold{0.0};            ///< Of the trigger, in the measure's unit.
+  double trigger_value{0.0};
+  TriggerMeasure trigger_measure{TriggerMeasure::kGeometricMean};
+  bool triggered{false};
+  LowCause cause{LowCause::kNone};
+  ActiveState active_state{ActiveState::kWatching};
+  ActiveReason active_reason{ActiveReason::kNone};
+  std::int64_t camera_moves{0};
+};
+
+/// Content of the SERVO_STATUS channel.
+struct ServoStatus {
+  Time stamp{};
+  std::int64_t seq{0};
+  ServoState state{ServoState::kIdle};
+  HoldReason reason{HoldReason::kNone};
+  double error_px{0.0};               ///< Root mean square error of the feature rows [px].
+  int markers_seen{0}, markers_needed{0};
+  double loop_time_us{0.0};           ///< Execution time of the last period [us].
+  double loop_time_max_us{0.0};       ///< Largest since the start [us].
+  std::int64_t deadline_misses{0};
+  std::int64_t refused_messages{0};   ///< Messages from outside that failed a check.
+  std::int64_t dropped_messages{0};   ///< Messages overwritten by newer ones before they were used.
+  std::int64_t stops{0};              ///< Times the servo went from moving to HOLDING or FAULT.
+};
+
+}  // namespace vantage

@@ -1,0 +1,79 @@
+#include "vantage/math/spatial.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "eigen_matchers.h"
+#include "finite_difference.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+Twist RandomStep(std::mt19937* random, double angle_scale) {
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  Twist step;
+  for (int i = 0; i < 6; ++i) step(i) = uniform(*random) * (i < 3 ? 1.0 : angle_scale);
+  return step;
+}
+
+TEST(Spatial, SkewIsTheCrossProduct) {
+  const Vector3d a(1, -2, 3);
+  const Vector3d b(0.4, 5, -6);
+  EXPECT_TRUE(test::Near(Skew(a) * b, a.cross(b), 0.0));
+}
+
+// Identity, tiny (the series' branch), and general steps come back.
+TEST(Spatial, DisplacementUndoesAdvance) {
+  std::mt19937 random(3);
+  for (const double scale : {0.0, 1e-12, 1e-6, 1e-3, 1.0, 1.7}) {
+    for (int i = 0; i < 50; ++i) {
+      const Isometry3d X_WA = Advance(Isometry3d::Identity(), RandomStep(&random, 1.0));
+      const Twist step = RandomStep(&random, scale);
+      EXPECT_TRUE(test::Near(Displacement(X_WA, Advance(X_WA, step)), step, 1e-11)) << scale;
+    }
+  }
+}
+
+TEST(Spatial, AdvanceHasTheTwistAsItsDerivative) {
+  std::mt19937 random(4);
+  const Isometry3d X_WA = Advance(Isometry3d::Identity(), RandomStep(&random, 1.0));
+  const Twist V = RandomStep(&random, 1.0);
+  const double h = 1e-6;
+  const Isometry3d ahead = Advance(X_WA, h * V);
+  const Isometry3d behind = Advance(X_WA, -h * V);
+  const Vector3d v_W = (ahead.translation() - behind.translation()) / (2 * h);
+  EXPECT_TRUE(test::Near(v_W, X_WA.linear() * V.head<3>(), 1e-9));
+  const Eigen::Matrix3d R_dot = (ahead.linear() - behind.linear()) / (2 * h);
+  EXPECT_TRUE(test::Near(X_WA.linear().transpose() * R_dot, Skew(V.tail<3>()), 1e-9));
+}
+
+// Two frames on one body: moving the body by one frame's step moves the other by the mapped step.
+TEST(Spatial, AdjointMapsTwistsOfOneBody) {
+  std::mt19937 random(5);
+  const Isometry3d X_WA = Advance(Isometry3d::Identity(), RandomStep(&random, 1.0));
+  const Isometry3d X_AB = Advance(Isometry3d::Identity(), RandomStep(&random, 1.0));
+  const Twist V_WB_B = RandomStep(&random, 1.0);
+  const Isometry3d moved_by_B = Advance(X_WA * X_AB, V_WB_B);
+  const Isometry3d moved_by_A = Advance(X_WA, AdjointMap(X_AB) * V_WB_B) * X_AB;
+  EXPECT_TRUE(test::Near(moved_by_A.matrix(), moved_by_B.matrix(), 1e-13));
+}
+
+TEST(Spatial, IsPoseRefusesNaNAndShear) {
+  Isometry3d X = Isometry3d::Identity();
+  EXPECT_TRUE(IsPose(X));
+  X.translation().x() = std::nan("");
+  EXPECT_FALSE(IsPose(X));
+  X = Isometry3d::Identity();
+  X.linear()(0, 1) = 0.1;
+  EXPECT_FALSE(IsPose(X));
+  X = Isometry3d::Identity();
+  X.linear()(2, 2) = -1.0;  // a mirror
+  EXPECT_FALSE(IsPose(X));
+}
+
+}  // namespace
+}  // namespace vantage
