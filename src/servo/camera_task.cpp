@@ -32,7 +32,7 @@ ActiveOutput CameraTask::Step(const ServoSnapshot& snapshot) {
   inputs.goal_markers.clear();
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     inputs.goal_markers.push_back(
-        {snapshot.p_WG[i], task_.goal.normals[i], task_.goal.marker_radius});
+        {snapshot.p_marker[i], task_.goal.normals[i], task_.goal.marker_radius});
   }
   return camera_.Step(inputs);
 }

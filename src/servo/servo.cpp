@@ -210,7 +210,7 @@ HoldReason Servo::PredictRows() noexcept {
   output_.status.markers_seen = 0;
   for (std::size_t i = 0; i < current_.size(); ++i) {
     const auto now = Project(X_CE * task_.view.markers[i].p);
-    const auto goal = Project(X_CW * goal_[i].p_WG());
+    const auto goal = Project(X_CW * (goal_[i].p_WG() + task_.goal.offset_W));
     if (needed_[i] && (!now || !goal)) behind = true;
     const bool usable = seen_[i] && now && goal;
     current_[i].visible = wanted_[i].visible = usable;
@@ -361,7 +361,10 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   view.markers_lost = markers_needed_ - status.markers_seen;
   view.stalled = stalled_;
   view.error_px = status.error_px;
-  for (std::size_t i = 0; i < goal_.size(); ++i) snapshot_.p_WG[i] = goal_[i].p_WG();
+  for (std::size_t i = 0; i < goal_.size(); ++i) {
+    snapshot_.p_marker[i] = goal_[i].p_WG();
+    snapshot_.p_WG[i] = goal_[i].p_WG() + task_.goal.offset_W;
+  }
   return output_;
 }
 

@@ -23,10 +23,13 @@ namespace vantage {
 
 /// Where the markers of the end effector have to go, as points in the world.
 struct ServoGoal {
-  std::vector<Eigen::Vector3d> p_WG;  ///< One for each marker of the view [m]: known, or a prior.
+  /// One for each marker of the view [m]: known, or the prior of the goal's marker (without offset).
+  std::vector<Eigen::Vector3d> p_WG;
   /// Ids of the goal's own markers in the scene, one for each marker of the view; empty: the goal is
   /// known and not seen.
   std::vector<int> marker_ids;
+  /// Goal points stand this far from the goal's markers, so that the arm does not hide them [m]; known.
+  Eigen::Vector3d offset_W{Eigen::Vector3d::Zero()};
   double prior_sigma{0.05};           ///< Standard deviation of a prior [m]; > 0.
   double marker_radius{0.01};         ///< Of the goal's markers [m].
   std::vector<Eigen::Vector3d> normals;  ///< Of the goal's markers in the world; as long as p_WG.
@@ -50,7 +53,8 @@ struct ServoOutput {
 struct ServoSnapshot {
   bool valid{false};                  ///< False until all inputs were seen once.
   ActiveInputs active;                ///< q_goal and goal_markers are the camera task's to fill in.
-  std::array<Eigen::Vector3d, kMaxPoints> p_WG{};  ///< Estimated goal points [m].
+  std::array<Eigen::Vector3d, kMaxPoints> p_WG{};      ///< Estimated goal points [m].
+  std::array<Eigen::Vector3d, kMaxPoints> p_marker{};  ///< Estimated markers of the goal [m].
   int goal_count{0};
 };
 
