@@ -22,6 +22,8 @@ MODULES = {
                   "runtime"],
     "config": ["math", "camera", "robot", "features", "observability", "control", "active", "servo",
                "plan"],
+    "report": ["math", "camera", "robot", "runtime", "observability", "features", "control", "active",
+               "servo", "messaging"],
 }
 
 # third-party prefix -> the only modules that may include it. Eigen and the standard are free.
