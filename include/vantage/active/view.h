@@ -9,7 +9,6 @@
 #include "vantage/features/feature_set.h"
 #include "vantage/features/marker.h"
 #include "vantage/math/sizes.h"
-#include "vantage/observability/measures.h"
 #include "vantage/robot/arm_model.h"
 #include "vantage/robot/kinematics.h"
 
@@ -26,6 +25,10 @@ struct ViewModel {
   FeatureSet features;
   std::vector<Marker> markers;    ///< On the end effector, poses in E; index = point of `features`.
 };
+
+/// Throws ConfigError when the features' points and the markers do not correspond, a marker's radius
+/// is not positive or its normal is no unit vector.
+void Validate(const ViewModel& model);
 
 /// Demands on a view.
 struct ViewLimits {
@@ -52,24 +55,45 @@ struct PlacedMarker {
   double radius;
 };
 
+/// 3×n velocity of one point of the arm per joint velocity, in W's axes [m/rad or 1].
+using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
+
 /// The arm at one configuration, with all that views of it need. Computed once for many cameras.
 struct ArmSample {
   JointVector q;
   Kinematics kinematics;
-  std::vector<PlacedMarker> markers;     ///< The end effector's.
+  std::vector<PlacedMarker> markers;       ///< The end effector's.
+  std::vector<PointJacobian> J_marker_W;   ///< Of the markers' centres: no camera is in it.
   std::vector<PlacedCapsule> capsules;
 };
 [[nodiscard]] ArmSample SampleArm(const ViewModel& model, const JointVector& q);
+/// The same into storage that is kept. Real-time safe once *sample was filled for this model.
+void SampleArm(const ViewModel& model, const JointVector& q, ArmSample* sample);
 
-/// The first fault of seeing `marker` from X_WC; occlusion by `capsules` (the marker's own surroundings
-/// excepted: a capsule that the marker's centre lies in or touches hides it only from behind).
+/// The first fault of `marker` seen from X_WC that is not occlusion. Real-time safe.
+[[nodiscard]] ViewFault CheckMarkerUnobstructed(const CameraModel& camera, const ViewLimits& limits,
+                                                const Eigen::Isometry3d& X_WC,
+                                                const PlacedMarker& marker) noexcept;
+
+/// True when a capsule stands between the camera's centre and the marker: the segment from the
+/// marker's centre to the camera comes nearer to the capsule's surface than the marker's ring is wide.
+/// A capsule that the centre lies in or touches carries the marker: it hides the marker only from
+/// behind, which CheckMarkerUnobstructed() finds. Real-time safe.
+[[nodiscard]] bool IsHidden(const Eigen::Vector3d& p_WC, const PlacedMarker& marker,
+                            const std::vector<PlacedCapsule>& capsules) noexcept;
+
+/// The first fault of seeing `marker` from X_WC; occlusion by `capsules` last. Real-time safe.
 [[nodiscard]] ViewFault CheckMarker(const CameraModel& camera, const ViewLimits& limits,
                                     const Eigen::Isometry3d& X_WC, const PlacedMarker& marker,
                                     const std::vector<PlacedCapsule>& capsules) noexcept;
 
 /// Composite Jacobian of all the model's markers at the sample, visible or not, as long as they are in
-/// front of the camera (rows of points behind are left out).
+/// front of the camera (rows of points behind are left out, as are rows without a derivative). Closed
+/// forms, equal to FeatureSet's rows times the arm's Jacobian. Real-time safe.
 [[nodiscard]] TaskJacobian CompositeJacobian(const ViewModel& model, const ArmSample& sample,
-                                             const Eigen::Isometry3d& X_WC);
+                                             const Eigen::Isometry3d& X_WC) noexcept;
+
+/// Name as printed: "NONE", "BEHIND", "OUT_OF_IMAGE", ...
+[[nodiscard]] const char* Name(ViewFault fault) noexcept;
 
 }  // namespace vantage
