@@ -36,7 +36,9 @@ RigVector RigPath::Slope(double s) const noexcept {
   return 2.0 * ((1.0 - s) * (control - start) + s * (end - control));
 }
 
-RigVector RigPath::Bend() const noexcept { return 2.0 * (start - 2.0 * control + end); }
+RigVector RigPath::Bend() const noexcept {
+  return 2.0 * (start - 2.0 * control + end);
+}
 
 RigMotion::RigMotion(const RigVector& q_c) : path_{q_c, q_c, q_c}, s_(1.0) {}
 
@@ -56,8 +58,8 @@ RigMotion::RigMotion(const CameraRig& rig, const RigPath& path) : path_(path) {
     if (slope < kNoMotion) continue;
     acceleration_ = std::min(acceleration_, along * rig.axes[i].max_acceleration / slope);
     if (!straight && std::abs(bend(i)) > 0.0) {
-      bend_rate2 = std::min(bend_rate2,
-                            (1.0 - along) * rig.axes[i].max_acceleration / std::abs(bend(i)));
+      bend_rate2 =
+          std::min(bend_rate2, (1.0 - along) * rig.axes[i].max_acceleration / std::abs(bend(i)));
     }
   }
   if (acceleration_ == kInfinity) {  // Nothing moves: already there.
@@ -139,6 +141,8 @@ RigVector RigMotion::StopCoordinates() const noexcept {
   return path_.At(std::min(1.0, s_ + 0.5 * rate_ * rate_ / acceleration_));
 }
 
-bool RigMotion::Done() const noexcept { return rate_ == 0.0 && 1.0 - s_ < kArrived; }
+bool RigMotion::Done() const noexcept {
+  return rate_ == 0.0 && 1.0 - s_ < kArrived;
+}
 
 }  // namespace vantage

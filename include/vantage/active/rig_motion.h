@@ -19,8 +19,8 @@ struct RigPath {
 
   [[nodiscard]] static RigPath Straight(const RigVector& start, const RigVector& end);
   [[nodiscard]] RigVector At(double s) const noexcept;
-  [[nodiscard]] RigVector Slope(double s) const noexcept;    ///< dq/ds.
-  [[nodiscard]] RigVector Bend() const noexcept;             ///< d²q/ds², the same everywhere.
+  [[nodiscard]] RigVector Slope(double s) const noexcept;  ///< dq/ds.
+  [[nodiscard]] RigVector Bend() const noexcept;           ///< d²q/ds², the same everywhere.
 };
 
 /// A rig on its way along a path. From rest to rest; braking and going on again are part of it. Between
@@ -61,8 +61,8 @@ class RigMotion {
 
   RigPath path_;
   double s_{0.0};
-  double rate_{0.0};           ///< ds/dt [1/s].
-  double acceleration_{0.0};   ///< Bound on |d²s/dt²| [1/s²].
+  double rate_{0.0};          ///< ds/dt [1/s].
+  double acceleration_{0.0};  ///< Bound on |d²s/dt²| [1/s²].
   double duration_{0.0};
   std::array<double, kGrid + 1> rate2_{};  ///< Square of RateBound() at the grid's points.
   std::array<double, kGrid + 1> time_{};   ///< TimeAt() there.

@@ -17,9 +17,9 @@ enum class TriggerMeasure : int {
 
 struct TriggerOptions {
   TriggerMeasure measure{TriggerMeasure::kGeometricMean};
-  double threshold{120.0};   ///< The camera moves below it, in the measure's unit; > 0.
-  double hysteresis{1.2};    ///< Re-armed above hysteresis * threshold; >= 1.
-  int debounce{3};           ///< Consecutive evaluations below the threshold that fire; >= 1.
+  double threshold{120.0};  ///< The camera moves below it, in the measure's unit; > 0.
+  double hysteresis{1.2};   ///< Re-armed above hysteresis * threshold; >= 1.
+  int debounce{3};          ///< Consecutive evaluations below the threshold that fire; >= 1.
 };
 
 /// Throws ConfigError (key "active.trigger...") when an option is out of bounds.

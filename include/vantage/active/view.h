@@ -23,7 +23,7 @@ struct ViewModel {
   ArmModel arm;
   CameraModel camera;
   FeatureSet features;
-  std::vector<Marker> markers;    ///< On the end effector, poses in E; index = point of `features`.
+  std::vector<Marker> markers;  ///< On the end effector, poses in E; index = point of `features`.
 };
 
 /// Throws ConfigError when the features' points and the markers do not correspond, a marker's radius
@@ -32,21 +32,21 @@ void Validate(const ViewModel& model);
 
 /// Demands on a view.
 struct ViewLimits {
-  double margin{20.0};          ///< Distance of every marker to the image border [px].
-  double min_depth{0.3};        ///< [m].
-  double max_depth{20.0};       ///< [m].
-  double max_incidence{1.3};    ///< Angle between a marker's normal and the ray to it [rad].
+  double margin{20.0};        ///< Distance of every marker to the image border [px].
+  double min_depth{0.3};      ///< [m].
+  double max_depth{20.0};     ///< [m].
+  double max_incidence{1.3};  ///< Angle between a marker's normal and the ray to it [rad].
 };
 
 /// First thing that spoils a view, in the order they are checked.
 enum class ViewFault : int {
   kNone = 0,
-  kBehind,         ///< A marker is behind the camera.
-  kTooNear,        ///< Nearer than min_depth.
-  kTooFar,         ///< Beyond max_depth.
-  kOutOfImage,     ///< Outside the image, margin included.
-  kFacesAway,      ///< Seen from behind or too obliquely.
-  kHidden,         ///< A link of the arm stands before it.
+  kBehind,      ///< A marker is behind the camera.
+  kTooNear,     ///< Nearer than min_depth.
+  kTooFar,      ///< Beyond max_depth.
+  kOutOfImage,  ///< Outside the image, margin included.
+  kFacesAway,   ///< Seen from behind or too obliquely.
+  kHidden,      ///< A link of the arm stands before it.
 };
 
 /// A marker centre with its normal, in the world.
@@ -62,8 +62,8 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 
 struct ArmSample {
   JointVector q;
   Kinematics kinematics;
-  std::vector<PlacedMarker> markers;       ///< The end effector's.
-  std::vector<PointJacobian> J_marker_W;   ///< Of the markers' centres: no camera is in it.
+  std::vector<PlacedMarker> markers;      ///< The end effector's.
+  std::vector<PointJacobian> J_marker_W;  ///< Of the markers' centres: no camera is in it.
   std::vector<PlacedCapsule> capsules;
 };
 [[nodiscard]] ArmSample SampleArm(const ViewModel& model, const JointVector& q);
