@@ -19,7 +19,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Steps of the path smaller than this are no motion [m or rad].
 constexpr double kNoMotion = 1e-12;
 // The end counts as reached within this share of the path.
-constexpr double kArrived = 1e-6;
+constexpr double kArrived = 1e-8;
 
 }  // namespace
 
@@ -132,7 +132,7 @@ void RigMotion::Step(double dt, bool brake) noexcept {
   s_ = next == 0.0 && braking_time < dt ? s_ + 0.5 * rate_ * braking_time : s_after(next);
   s_ = std::min(s_, 1.0);
   rate_ = next;
-  // What is left is less than a millionth of the path: neither seen nor felt.
+  // What is left is less than a hundred-millionth of the path: neither seen nor felt.
   if (!brake && 1.0 - s_ < kArrived && rate_ < kArrived) rate_ = 0.0;
 }
 

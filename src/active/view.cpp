@@ -138,7 +138,7 @@ void SampleArm(const ViewModel& model, const JointVector& q, ArmSample* sample) 
     const Marker& marker = model.markers[i];
     const Vector3d arm_W = X_WE.linear() * marker.p;
     sample->markers[i] = {X_WE.translation() + arm_W, X_WE.linear() * marker.normal, marker.radius};
-    sample->J_marker_W[i] = J_WE_W.topRows<3>() - Skew(arm_W) * J_WE_W.bottomRows<3>();
+    sample->J_marker_W[i] = PointJacobianOf(J_WE_W, arm_W);
   }
   PlaceCapsules(model.arm, q, &sample->capsules);
 }

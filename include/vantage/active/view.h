@@ -9,6 +9,7 @@
 #include "vantage/features/feature_set.h"
 #include "vantage/features/marker.h"
 #include "vantage/math/sizes.h"
+#include "vantage/observability/measures.h"
 #include "vantage/robot/arm_model.h"
 #include "vantage/robot/kinematics.h"
 
@@ -54,9 +55,6 @@ struct PlacedMarker {
   Eigen::Vector3d p_W, normal_W;
   double radius;
 };
-
-/// 3×n velocity of one point of the arm per joint velocity, in W's axes [m/rad or 1].
-using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
 
 /// The arm at one configuration, with all that views of it need. Computed once for many cameras.
 struct ArmSample {
