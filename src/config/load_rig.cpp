@@ -5,7 +5,7 @@
 namespace vantage {
 namespace {
 
-// What the file has to say of one axis.
+// What the file has to say of one axis. Its checks cover those of Validate(), with lines.
 struct AxisForm {
   const char* name;
   bool turns;    // In degrees; else metres.
@@ -64,6 +64,17 @@ void LoadAxes(const Section& section, const std::vector<AxisForm>& forms, RigSet
   }
 }
 
+const AxisForm kPan{"pan", true, -360.0, 360.0, "Turn of the camera to the right."};
+const AxisForm kTilt{"tilt", true, -360.0, 360.0, "Turn of the camera upwards."};
+const AxisForm kRoll{"roll", true, -3600.0, 3600.0, "Turn about the optical axis."};
+
+// A pan-tilt head is there when the file has either of its axes; LoadAxis() then asks for both.
+bool HasHead(const Section& section) {
+  const Section axes = section.Child("axes", "The rig's axes, by name.");
+  return axes.FormOf("pan") != Section::Form::kAbsent ||
+         axes.FormOf("tilt") != Section::Form::kAbsent;
+}
+
 void LoadSpherical(const Section& section, RigSetup* setup) {
   setup->rig.orientation = section.Choice<RigOrientation>(
       "orientation",
@@ -72,11 +83,34 @@ void LoadSpherical(const Section& section, RigSetup* setup) {
       "Spherical rig: the camera looks at the target, or always straight down.");
   setup->rig.target_W = section.Vector3("target", {-1000.0, 1000.0, "m"}, kRequired,
                                         "Spherical rig: centre of the sphere, in the world.");
+  std::vector<AxisForm> forms{
+      {"R", false, 1e-3, 1000.0, "Distance from the target."},
+      {"theta", true, 0.0, 180.0, "Angle from the world's z axis."},
+      {"phi", true, -3600.0, 3600.0, "Angle about the world's z axis, from x."},
+      kRoll};
+  if (HasHead(section)) forms.insert(forms.end(), {kPan, kTilt});
+  LoadAxes(section, forms, setup);
+}
+
+void LoadRail(const Section& section, RigSetup* setup) {
+  const Eigen::Vector3d rail =
+      section.Vector3("rail", {-1000.0, 1000.0, ""}, kRequired,
+                      "Rail: its direction in the world; need not have length 1.");
+  if (!(rail.norm() > 1e-3)) section.Fail("rail", "must not be zero");
+  setup->rig.rail_W = rail.normalized();
+  std::vector<AxisForm> forms{{"s", false, -1000.0, 1000.0, "Shift along the rail."}};
+  if (HasHead(section)) forms.insert(forms.end(), {kPan, kTilt});
+  LoadAxes(section, forms, setup);
+}
+
+void LoadFree(const Section& section, RigSetup* setup) {
   LoadAxes(section,
-           {{"R", false, 1e-3, 1000.0, "Distance from the target."},
-            {"theta", true, 0.0, 180.0, "Angle from the world's z axis."},
-            {"phi", true, -3600.0, 3600.0, "Angle about the world's z axis, from x."},
-            {"roll", true, -3600.0, 3600.0, "Turn about the optical axis."}},
+           {{"x", false, -1000.0, 1000.0, "Shift along the world's x axis."},
+            {"y", false, -1000.0, 1000.0, "Shift along the world's y axis."},
+            {"z", false, -1000.0, 1000.0, "Shift along the world's z axis."},
+            kPan,
+            kTilt,
+            kRoll},
            setup);
 }
 
@@ -85,17 +119,40 @@ void LoadSpherical(const Section& section, RigSetup* setup) {
 RigSetup LoadRig(const Section& section) {
   RigSetup setup;
   setup.rig.kind = section.Choice<RigKind>(
-      "kind", {{"fixed", RigKind::kFixed}, {"spherical", RigKind::kSpherical}}, kRequired,
-      "fixed: the camera stands still; spherical: it moves on a sphere about a target.");
-  if (setup.rig.kind == RigKind::kSpherical) {
-    LoadSpherical(section, &setup);
-    setup.rig.max_linear_speed =
-        section.Number("max_linear_speed", {1e-3, 100.0, "m/s"}, setup.rig.max_linear_speed,
-                       "Greatest speed of the camera's centre, all axes together.");
-  } else {
-    setup.rig.X_WC_fixed =
-        LoadPose(section, "pose", true, "Fixed rig: the camera's optical frame in the world.");
+      "kind",
+      {{"fixed", RigKind::kFixed},
+       {"spherical", RigKind::kSpherical},
+       {"pan_tilt", RigKind::kPanTilt},
+       {"rail", RigKind::kRail},
+       {"free", RigKind::kFree}},
+      kRequired,
+      "fixed: the camera stands still; spherical (axes R, theta, phi, roll, or these with pan and "
+      "tilt): it moves on a sphere about a target; pan_tilt (pan, tilt): it turns in place; rail "
+      "(s, "
+      "or these with pan and tilt): it moves along a line; free (x, y, z, pan, tilt, roll).");
+  if (setup.rig.kind != RigKind::kSpherical) {
+    setup.rig.X_WC_fixed = LoadCameraPose(
+        section, "pose", "The camera's optical frame in the world, with all axes at zero.");
   }
+  switch (setup.rig.kind) {
+    case RigKind::kFixed:
+      return setup;
+    case RigKind::kSpherical:
+      LoadSpherical(section, &setup);
+      break;
+    case RigKind::kPanTilt:
+      LoadAxes(section, {kPan, kTilt}, &setup);
+      break;
+    case RigKind::kRail:
+      LoadRail(section, &setup);
+      break;
+    case RigKind::kFree:
+      LoadFree(section, &setup);
+      break;
+  }
+  setup.rig.max_linear_speed =
+      section.Number("max_linear_speed", {1e-3, 100.0, "m/s"}, setup.rig.max_linear_speed,
+                     "Greatest speed of the camera's centre, all axes together.");
   return setup;
 }
 

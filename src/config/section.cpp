@@ -191,9 +191,30 @@ struct Section::Impl {
     return YAML::Node(YAML::NodeType::Undefined);
   }
 
+  // The section at `path` below this one; the same one each time, so that it remembers all reads.
+  [[nodiscard]] std::shared_ptr<Impl> ChildAt(const std::string& child_path,
+                                              const std::string& schema_key,
+                                              const YAML::Node& value) {
+    for (const auto& child : children) {
+      if (child->path == child_path) return child;
+    }
+    auto child = std::make_shared<Impl>();
+    child->file = file;
+    child->path = child_path;
+    child->schema_path = SchemaPathOf(schema_key);
+    child->node.reset(value);
+    child->mark = value.IsDefined() ? value.Mark() : mark;
+    children.push_back(child);
+    return child;
+  }
+
+  [[nodiscard]] std::string SchemaPathOf(const std::string& key) const {
+    return schema_path.empty() ? key : schema_path + "." + key;
+  }
+
   void Record(const std::string& key, SchemaEntry entry) const {
     if (file->recorder == nullptr) return;
-    entry.path = schema_path.empty() ? key : schema_path + "." + key;
+    entry.path = SchemaPathOf(key);
     file->recorder->Add(entry);
   }
 
@@ -417,21 +438,12 @@ Section Section::Child(const std::string& key, const std::string& help) const {
 Section Section::OptionalChild(const std::string& key, const std::string& help) const {
   impl_->Record(key, {"", "section", "", "", "{}", help});
   const YAML::Node value = impl_->Get(key);
-  auto child = std::make_shared<Impl>();
-  child->file = impl_->file;
-  child->path = impl_->PathOf(key);
-  child->schema_path = impl_->schema_path.empty() ? key : impl_->schema_path + "." + key;
-  child->mark = impl_->mark;
-  child->node.reset(value);
-  if (value.IsDefined()) {
-    if (!value.IsMap()) {
-      impl_->Fail(value.Mark(), child->path, "must be a mapping, is " + Described(value));
-    }
-    RequireKeys(*impl_->file, value, child->path);
-    child->mark = value.Mark();
+  if (!value.IsDefined()) return Section(impl_->ChildAt(impl_->PathOf(key), key, value));
+  if (!value.IsMap()) {
+    impl_->Fail(value.Mark(), impl_->PathOf(key), "must be a mapping, is " + Described(value));
   }
-  impl_->children.push_back(child);
-  return Section(child);
+  RequireKeys(*impl_->file, value, impl_->PathOf(key));
+  return Section(impl_->ChildAt(impl_->PathOf(key), key, value));
 }
 
 std::vector<Section> Section::Children(const std::string& key, int min_count, int max_count,
@@ -442,18 +454,12 @@ std::vector<Section> Section::Children(const std::string& key, int min_count, in
   const YAML::Node list = impl_->List(key, min_count, max_count, "mappings");
   std::vector<Section> children;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    auto child = std::make_shared<Impl>();
-    child->file = impl_->file;
-    child->path = impl_->PathOf(key) + "[" + std::to_string(i) + "]";
-    child->schema_path = (impl_->schema_path.empty() ? key : impl_->schema_path + "." + key) + "[]";
-    child->node.reset(list[i]);
-    child->mark = list[i].Mark();
+    const std::string path = impl_->PathOf(key) + "[" + std::to_string(i) + "]";
     if (!list[i].IsMap()) {
-      impl_->Fail(child->mark, child->path, "must be a mapping, is " + Described(list[i]));
+      impl_->Fail(list[i].Mark(), path, "must be a mapping, is " + Described(list[i]));
     }
-    RequireKeys(*impl_->file, list[i], child->path);
-    impl_->children.push_back(child);
-    children.push_back(Section(child));
+    RequireKeys(*impl_->file, list[i], path);
+    children.push_back(Section(impl_->ChildAt(path, key + "[]", list[i])));
   }
   return children;
 }

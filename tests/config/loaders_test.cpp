@@ -308,6 +308,83 @@ TEST(LoadRig, ReadsAFixedCamera) {
   EXPECT_EQ(setup.rig.X_WC_fixed.translation(), Vector3d(1, 2, 3));
 }
 
+std::string AxisText(const std::string& name, bool turns) {
+  const std::string deg = turns ? "_deg" : "";
+  return "  " + name + ": {lower" + deg + ": -2, upper" + deg + ": 2, start" + deg +
+         ": 1, max_speed" + (turns ? "_deg_s" : "") + ": 1, max_acceleration" +
+         (turns ? "_deg_s2" : "") + ": 1}\n";
+}
+
+TEST(LoadRig, ReadsEveryKind) {
+  const std::string head = AxisText("pan", true) + AxisText("tilt", true);
+  const std::string pose = "pose: {position: [1, 2, 3]}\n";
+  struct Form {
+    std::string text;
+    RigKind kind;
+    int axes;
+  };
+  const std::vector<Form> forms{
+      {With(kRig, "  roll:", head + "  roll:"), RigKind::kSpherical, 6},
+      {"kind: pan_tilt\n" + pose + "axes:\n" + head, RigKind::kPanTilt, 2},
+      {"kind: rail\nrail: [0, 3, 4]\n" + pose + "axes:\n" + AxisText("s", false), RigKind::kRail,
+       1},
+      {"kind: rail\nrail: [0, 3, 4]\n" + pose + "axes:\n" + AxisText("s", false) + head,
+       RigKind::kRail, 3},
+      {"kind: free\n" + pose + "axes:\n" + AxisText("x", false) + AxisText("y", false) +
+           AxisText("z", false) + head + AxisText("roll", true),
+       RigKind::kFree, 6}};
+  for (const Form& form : forms) {
+    SCOPED_TRACE(form.text);
+    const RigSetup setup = LoadRigText(form.text);
+    EXPECT_EQ(setup.rig.kind, form.kind);
+    EXPECT_EQ(setup.rig.size(), form.axes);
+    EXPECT_EQ(setup.q_c_start.size(), form.axes);
+    EXPECT_NO_THROW(Validate(setup.rig));
+  }
+  EXPECT_TRUE(test::Near(LoadRigText(forms[2].text).rig.rail_W, Vector3d(0, 0.6, 0.8), 1e-15));
+  EXPECT_EQ(LoadRigText(forms[0].text).rig.axes[4].name, "pan");
+}
+
+TEST(LoadRig, AHeadHasBothAxes) {
+  const std::string text = "kind: rail\nrail: [1, 0, 0]\npose: {}\naxes:\n" + AxisText("s", false) +
+                           AxisText("pan", true);
+  EXPECT_EQ(test::ConfigErrorOf([&] { (void)LoadRigText(text); }),
+            "file.yaml:5: axes.tilt: missing");
+}
+
+TEST(LoadCameraPose, LooksAtAPoint) {
+  const Isometry3d X = LoadCameraPose(
+      Parse("pose: {position: [2, 1, 1.5], look_at: [0.5, 0.2, 0.3], roll_deg: 0}"), "pose", "");
+  const Vector3d axis = (Vector3d(0.5, 0.2, 0.3) - Vector3d(2, 1, 1.5)).normalized();
+  EXPECT_TRUE(test::Near(X.linear().col(2), axis, 1e-14));
+  EXPECT_TRUE(test::Near(X.translation(), Vector3d(2, 1, 1.5), 1e-14));
+  EXPECT_NEAR(X.linear()(2, 0), 0.0, 1e-14);  // Rows are level,
+  EXPECT_LT(X.linear()(2, 1), 0.0);           // and the image's down is down.
+}
+
+TEST(LoadCameraPose, RollTurnsAboutTheAxis) {
+  const std::string text = "pose: {position: [2, 1, 1.5], look_at: [0.5, 0.2, 0.3], roll_deg: 0}";
+  const Isometry3d level = LoadCameraPose(Parse(text), "pose", "");
+  const Isometry3d rolled =
+      LoadCameraPose(Parse(With(text, "roll_deg: 0", "roll_deg: 90")), "pose", "");
+  EXPECT_TRUE(test::Near(rolled.linear().col(0), level.linear().col(1), 1e-14));
+}
+
+TEST(LoadCameraPose, RefusesOneByOne) {
+  const auto error_of = [](const std::string& text) {
+    return test::ConfigErrorOf([&] {
+      const Section root = Parse(text);
+      (void)LoadCameraPose(root, "pose", "");
+      root.RejectUnknownKeys();
+    });
+  };
+  EXPECT_EQ(error_of("a: 1"), "file.yaml:1: pose: missing");
+  EXPECT_EQ(error_of("pose: {position: [1, 2, 3], look_at: [1, 2, 3]}"),
+            "file.yaml:1: pose.look_at: must not be the position itself");
+  EXPECT_EQ(error_of("pose: {position: [1, 2, 3], look_at: [0, 0, 0], rpy_deg: [0, 0, 0]}"),
+            "file.yaml:1: pose.rpy_deg: unknown key; known here: look_at, position, roll_deg");
+}
+
 TEST(LoadPose, TurnsAsUrdfDoes) {
   const Isometry3d X = LoadPose(Parse("x: {rpy_deg: [10, 20, 30]}"), "x", true, "");
   const Eigen::Matrix3d expected =
@@ -334,8 +411,9 @@ TEST_P(LoadRigRefuses, WithOneLine) {
 INSTANTIATE_TEST_SUITE_P(
     Edits, LoadRigRefuses,
     ::testing::Values(
-        Edit{"UnknownKind", "spherical", "crane",
-             "file.yaml:1: kind: must be one of fixed, spherical, is 'crane'"},
+        Edit{
+            "UnknownKind", "spherical", "crane",
+            "file.yaml:1: kind: must be one of fixed, spherical, pan_tilt, rail, free, is 'crane'"},
         Edit{"UnknownOrientation", "fixed_down", "up",
              "file.yaml:2: orientation: must be one of look_at, fixed_down, is 'up'"},
         Edit{"NoTarget", "target: [0.1, 0.2, 0.3]\n", "", "file.yaml:1: target: missing"},

@@ -246,6 +246,15 @@ TEST(RejectUnknownKeys, LooksIntoChildrenAndLists) {
             "file.yaml:4: list[1].zzzzz: unknown key; known here: speed");
 }
 
+TEST(RejectUnknownKeys, CountsAllReadsOfAChildAskedForTwice) {
+  const Section root = Parse("child: {a: 1, b: 2}\nlist: [{a: 1, b: 2}]");
+  for (const char* key : {"a", "b"}) {
+    (void)root.Child("child", "").Integer(key, 0, 9, kRequired, "");
+    (void)root.Children("list", 1, 1, "")[0].Integer(key, 0, 9, kRequired, "");
+  }
+  EXPECT_NO_THROW(root.RejectUnknownKeys());
+}
+
 TEST(Fail, NamesTheKeysLine) {
   const Section root = Parse("a: 1\nb: 2");
   EXPECT_EQ(test::ConfigErrorOf([&] { root.Fail("b", "does not fit"); }),

@@ -24,6 +24,10 @@ namespace vantage {
 [[nodiscard]] Eigen::Isometry3d LoadPose(const Section& parent, const std::string& key,
                                          bool required, const std::string& help);
 
+/// The pose of a camera: as LoadPose(), required, or {position, look_at: [x, y, z], roll_deg}.
+[[nodiscard]] Eigen::Isometry3d LoadCameraPose(const Section& parent, const std::string& key,
+                                               const std::string& help);
+
 /// An arm, from the root of a robot file or from a mapping within another file.
 [[nodiscard]] ArmModel LoadRobot(const Section& section);
 
