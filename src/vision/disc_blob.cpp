@@ -31,17 +31,31 @@ struct Rising {
   [[nodiscard]] bool holds(int u, int v) const noexcept { return window.contains(u, v); }
 };
 
-// How far one can go from (u, v) in a direction before the level falls by `drop`; -1 when it does not
-// within `reach` pixels of the window.
+// How far one can go from (u, v) in a direction before the level of two pixels together falls by `drop`;
+// -1 when it does not within `reach` pixels of the window.
 int WalkToEdge(const Rising& rising, int u, int v, int du, int dv, int level, int drop,
                int reach) noexcept {
   for (int step = 1; step <= reach; ++step) {
     const int x = u + step * du;
     const int y = v + step * dv;
-    if (!rising.holds(x, y)) return -1;
-    if (level - rising.at(x, y) > drop) return step - 1;
+    if (!rising.holds(x + du, y + dv)) return -1;
+    if (2 * level - rising.at(x, y) - rising.at(x + du, y + dv) > 2 * drop) return step - 1;
   }
   return -1;
+}
+
+// Mean of the pixel and its neighbours.
+int LevelAround(const Rising& rising, int u, int v) noexcept {
+  int sum = 0;
+  int count = 0;
+  for (int y = v - 1; y <= v + 1; ++y) {
+    for (int x = u - 1; x <= u + 1; ++x) {
+      if (!rising.holds(x, y)) continue;
+      sum += rising.at(x, y);
+      ++count;
+    }
+  }
+  return sum / count;
 }
 
 struct Levels {
@@ -78,7 +92,7 @@ bool LevelsAlong(const Rising& rising, int u, int v, bool along_row, int level, 
   levels->ring = sum / count;
   const int middle_u = u + du * (ahead - behind) / 2;
   const int middle_v = v + dv * (ahead - behind) / 2;
-  levels->disc = rising.at(middle_u, middle_v);
+  levels->disc = std::max(rising.at(middle_u, middle_v), LevelAround(rising, middle_u, middle_v));
   return true;
 }
 
@@ -158,44 +172,73 @@ struct Moments {
   double area{0.0};
   Vector2d mean{Vector2d::Zero()};
   Matrix2d covariance{Matrix2d::Zero()};
-  double edge{0.0};  // Sum of w (1 - w): what lies between disc and ring.
+  double edge{0.0};      // Sum of w (1 - w): what lies between disc and ring.
+  double skewness{0.0};  // Norm of the third central moments, whitened: 0 for an ellipse.
 };
 
-// Of raw sums about `origin`.
-Moments Centre(double s0, double sx, double sy, double sxx, double sxy, double syy,
-               const Vector2d& origin) noexcept {
+// Sums of w, w x, ... over an area, x and y about some origin.
+struct RawSums {
+  double s0{0.0}, sx{0.0}, sy{0.0}, sxx{0.0}, sxy{0.0}, syy{0.0};
+  double sxxx{0.0}, sxxy{0.0}, sxyy{0.0}, syyy{0.0};
+};
+
+// Norm of the third central moments after whitening by the covariance.
+double Skewness(const RawSums& s, double mx, double my, const Matrix2d& covariance) noexcept {
+  const double n = s.s0;
+  // Central moments from raw ones.
+  const double xxx = s.sxxx / n - 3.0 * mx * s.sxx / n + 2.0 * mx * mx * mx;
+  const double yyy = s.syyy / n - 3.0 * my * s.syy / n + 2.0 * my * my * my;
+  const double xxy = s.sxxy / n - my * s.sxx / n - 2.0 * mx * s.sxy / n + 2.0 * mx * mx * my;
+  const double xyy = s.sxyy / n - mx * s.syy / n - 2.0 * my * s.sxy / n + 2.0 * mx * my * my;
+  // z = W (x - m) with W the inverse of the covariance's lower triangular root: z = (a x, b x + c y).
+  const double l = std::sqrt(covariance(0, 0));
+  const double m = covariance(1, 0) / l;
+  const double d = std::sqrt(std::max(1e-12, covariance(1, 1) - m * m));
+  const double a = 1.0 / l;
+  const double b = -m / (l * d);
+  const double c = 1.0 / d;
+  const double z111 = a * a * a * xxx;
+  const double z112 = a * a * (b * xxx + c * xxy);
+  const double z122 = a * (b * b * xxx + 2.0 * b * c * xxy + c * c * xyy);
+  const double z222 =
+      b * b * b * xxx + 3.0 * b * b * c * xxy + 3.0 * b * c * c * xyy + c * c * c * yyy;
+  return std::sqrt(z111 * z111 + 3.0 * z112 * z112 + 3.0 * z122 * z122 + z222 * z222);
+}
+
+Moments Centre(const RawSums& s, const Vector2d& origin) noexcept {
   Moments moments;
-  moments.area = s0;
-  if (s0 <= 0.0) return moments;
-  const double mx = sx / s0;
-  const double my = sy / s0;
+  moments.area = s.s0;
+  if (s.s0 <= 0.0) return moments;
+  const double mx = s.sx / s.s0;
+  const double my = s.sy / s.s0;
   moments.mean = origin + Vector2d(mx, my);
-  moments.covariance << sxx / s0 - mx * mx, sxy / s0 - mx * my, sxy / s0 - mx * my,
-      syy / s0 - my * my;
+  const double xy = s.sxy / s.s0 - mx * my;
+  moments.covariance << s.sxx / s.s0 - mx * mx, xy, xy, s.syy / s.s0 - my * my;
+  if (moments.covariance(0, 0) > 0.0) moments.skewness = Skewness(s, mx, my, moments.covariance);
   return moments;
 }
 
 // Moments of the runs, every pixel counting fully.
 Moments BinaryMoments(const Runs& runs) noexcept {
   const Vector2d origin(runs.rows[runs.count / 2].left, runs.top);
-  double s0 = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
+  RawSums s;
   for (int i = 0; i < runs.count; ++i) {
     const double n = runs.rows[i].right - runs.rows[i].left + 1;
     const double x = 0.5 * (runs.rows[i].left + runs.rows[i].right) - origin.x();
     const double y = i;
-    s0 += n;
-    sx += n * x;
-    sy += n * y;
-    sxx += n * (x * x + (n * n - 1.0) / 12.0);
-    sxy += n * x * y;
-    syy += n * y * y;
+    s.s0 += n;
+    s.sx += n * x;
+    s.sy += n * y;
+    s.sxx += n * (x * x + (n * n - 1.0) / 12.0);
+    s.sxy += n * x * y;
+    s.syy += n * y * y;
   }
-  return Centre(s0, sx, sy, sxx, sxy, syy, origin);
+  return Centre(s, origin);
 }
 
 // Sums over one row; reductions in single precision, in lanes the compiler may choose.
 struct RowSums {
-  float s0{0.0F}, sx{0.0F}, sxx{0.0F}, edge{0.0F};
+  float s0{0.0F}, sx{0.0F}, sxx{0.0F}, sxxx{0.0F}, edge{0.0F};
 };
 
 RowSums WeighRow(const std::uint8_t* row, int left, int right, float origin, float scale, float offset,
@@ -203,22 +246,25 @@ RowSums WeighRow(const std::uint8_t* row, int left, int right, float origin, flo
   float s0 = 0.0F;
   float sx = 0.0F;
   float sxx = 0.0F;
+  float sxxx = 0.0F;
   float edge = 0.0F;
   const float start = static_cast<float>(left) - origin;
   const int count = right - left + 1;
   const std::uint8_t* const pixel = row + left;
-#pragma omp simd reduction(+ : s0, sx, sxx, edge)
+#pragma omp simd reduction(+ : s0, sx, sxx, sxxx, edge)
   for (int i = 0; i < count; ++i) {
     const float x = start + static_cast<float>(i);
     const float raw = scale * static_cast<float>(pixel[i]) + offset;
     const float cut = stretch * raw + shift;
     const float w = cut < 0.0F ? 0.0F : (cut > 1.0F ? 1.0F : cut);
+    const float wx = w * x;
     s0 += w;
-    sx += w * x;
-    sxx += w * x * x;
+    sx += wx;
+    sxx += wx * x;
+    sxxx += wx * x * x;
     edge += w * (1.0F - w);
   }
-  return {s0, sx, sxx, edge};
+  return {s0, sx, sxx, sxxx, edge};
 }
 
 // Moments with grey weights over the runs and `margin` pixels around.
@@ -235,8 +281,12 @@ Moments WeightedMoments(const Rising& rising, const Runs& runs, int margin, cons
   const auto shift = static_cast<float>(0.5 - 0.5 * gain);
 
   const PixelWindow& window = rising.window;
-  const Vector2d origin(runs.rows[runs.count / 2].left, runs.top);
-  double s0 = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0, edge = 0.0;
+  // Near the middle, to keep the sums small: they are taken in single precision along a row.
+  const Run& middle = runs.rows[runs.count / 2];
+  const int half = runs.count / 2;
+  const Vector2d origin((middle.left + middle.right) / 2, runs.top + half);
+  RawSums s;
+  double edge = 0.0;
   for (int i = -margin; i < runs.count + margin; ++i) {
     const int v = runs.top + i;
     if (v < window.v || v >= window.v + window.height) continue;
@@ -250,16 +300,20 @@ Moments WeightedMoments(const Rising& rising, const Runs& runs, int margin, cons
     right = std::min(window.u + window.width - 1, right + margin);
     const RowSums row = WeighRow(rising.image.row(v), left, right, static_cast<float>(origin.x()),
                                  scale, offset, stretch, shift);
-    const double y = i;
-    s0 += row.s0;
-    sx += row.sx;
-    sxx += row.sxx;
-    sy += row.s0 * y;
-    sxy += row.sx * y;
-    syy += row.s0 * y * y;
+    const double y = i - half;
+    s.s0 += row.s0;
+    s.sx += row.sx;
+    s.sxx += row.sxx;
+    s.sxxx += row.sxxx;
+    s.sy += row.s0 * y;
+    s.sxy += row.sx * y;
+    s.sxxy += row.sxx * y;
+    s.syy += row.s0 * y * y;
+    s.sxyy += row.sx * y * y;
+    s.syyy += row.s0 * y * y * y;
     edge += row.edge;
   }
-  Moments moments = Centre(s0, sx, sy, sxx, sxy, syy, origin);
+  Moments moments = Centre(s, origin);
   moments.edge = edge;
   return moments;
 }
@@ -353,9 +407,10 @@ DiscBlob MeasureDisc(const GreyView& image, const PixelWindow& search, int u, in
   DiscBlob blob;
   const Rising rising{image, Clip(search, image.width, image.height), dark ? 255 : 0};
   if (!rising.holds(u, v)) return blob;
-  const int drop = static_cast<int>(0.5 * options.min_contrast);
+  const int drop = static_cast<int>(0.6 * options.min_contrast);
   const int reach = 2 * static_cast<int>(std::ceil(options.max_semi_axis)) + 1;
-  const int start = rising.at(u, v);
+  // The mean is less noisy, the pixel itself is still the disc's in small ones.
+  const int start = std::max(rising.at(u, v), LevelAround(rising, u, v));
 
   Levels levels;
   Levels down;
@@ -430,9 +485,12 @@ DiscBlob MeasureDisc(const GreyView& image, const PixelWindow& search, int u, in
     blob.fault = MarkerFault::kTooLarge;
     return blob;
   }
-  const double roundness = blob.area / (4.0 * kPi * std::sqrt(determinant));
-  const bool elliptic = std::abs(roundness - 1.0) <=
-                        options.ellipse_tolerance + options.ellipse_slack / blob.area;
+  blob.roundness = blob.area / (4.0 * kPi * std::sqrt(determinant));
+  blob.skewness = moments.skewness;
+  const bool elliptic =
+      std::abs(blob.roundness - 1.0) <=
+          options.ellipse_tolerance + options.ellipse_slack / blob.area &&
+      blob.skewness <= options.skewness_tolerance + options.skewness_slack / blob.area;
   blob.fault = elliptic ? MarkerFault::kNone : MarkerFault::kNotElliptic;
   return blob;
 }
