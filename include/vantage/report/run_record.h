@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vantage/servo/servo_report.h"
+
+/// @file
+/// What a run leaves behind for people: a table of samples, a picture of them, a summary.
+
+namespace vantage {
+
+/// One line of a run, on the run's own time axis.
+struct RunSample {
+  double t{0.0};                 ///< Since the start of the run [s].
+  ServoState state{ServoState::kIdle};
+  HoldReason reason{HoldReason::kNone};
+  double error_px{0.0};
+  double w_v{0.0}, w_r{0.0}, w_c{0.0};
+  double sigma_min{0.0};
+  double trigger_value{0.0}, threshold{0.0};
+  double mm_per_px{0.0};
+  bool camera_moving{false};
+  std::optional<double> true_error_mm;   ///< Worst marker's distance to its goal, from a simulator.
+};
+
+/// How a run ended.
+struct RunSummary {
+  std::string scenario;
+  std::string camera;                    ///< "active" or "fixed".
+  bool converged{false};
+  std::string end;                       ///< "converged", "time limit", "stopped", or what failed.
+  double duration{0.0};                  ///< [s].
+  double time_to_converge{0.0};          ///< [s]; duration when it did not.
+  ServoStatus status;                    ///< The last one.
+  ObservabilityReport observability;     ///< The last one.
+  std::optional<double> true_error_mm;   ///< At the end.
+  double lowest_trigger_value{0.0};
+  std::int64_t camera_moves{0};
+  std::int64_t limit_violations{0};      ///< As the simulator's monitor counted them.
+};
+
+/// Comma-separated samples with a header line that names columns and units.
+/// Throws Error when the file cannot be written.
+void WriteSamples(const std::vector<RunSample>& samples, const std::string& path);
+
+/// The summary as JSON with stable keys. Throws Error when the file cannot be written.
+void WriteSummary(const RunSummary& summary, const std::string& path);
+
+/// Picture of error and measures over time: folder/run.png from folder/samples.csv, with the gnuplot
+/// script left beside it. Throws Error as RunGnuplot() does.
+void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
+             const std::string& folder);
+
+}  // namespace vantage

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "vantage/camera/camera_model.h"
+
+namespace vantage {
+
+/// Where a marker of the goal stands in the world, from a prior and from images of it: an extended
+/// Kalman filter with a point at rest as its state. One camera that stands still fixes only the ray;
+/// as the camera moves the depth follows.
+/// @see S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", MIT Press 2005, ch. 3.3.
+class GoalPointEstimator {
+ public:
+  /// @param p_WG   Prior position [m].
+  /// @param sigma  Its standard deviation along each axis [m]; > 0.
+  GoalPointEstimator(const Eigen::Vector3d& p_WG, double sigma);
+
+  /// One measurement, with lens distortion removed from `pixel`.
+  ///
+  /// @param sigma_px  Standard deviation of a pixel coordinate [px]; > 0.
+  /// @return false, and nothing changed, when the estimate is not in front of the camera, the pixel
+  ///   is not finite, or it lies further than `gate` standard deviations from what is expected.
+  /// Real-time safe.
+  bool Update(const CameraModel& camera, const Eigen::Isometry3d& X_WC, const Eigen::Vector2d& pixel,
+              double sigma_px, double gate = 5.0) noexcept;
+
+  [[nodiscard]] const Eigen::Vector3d& p_WG() const noexcept { return p_WG_; }           ///< [m].
+  [[nodiscard]] const Eigen::Matrix3d& covariance() const noexcept { return covariance_; }  ///< [m²].
+
+ private:
+  Eigen::Vector3d p_WG_;
+  Eigen::Matrix3d covariance_;
+};
+
+}  // namespace vantage

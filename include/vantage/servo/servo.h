@@ -1,0 +1,135 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "vantage/active/active_camera.h"
+#include "vantage/camera/camera_pose.h"
+#include "vantage/features/marker.h"
+#include "vantage/robot/joint_state.h"
+#include "vantage/servo/goal_estimator.h"
+#include "vantage/servo/history.h"
+#include "vantage/servo/servo_options.h"
+#include "vantage/servo/servo_report.h"
+
+/// @file
+/// One visual servo: measured features, joints and camera pose in, joint velocities and live
+/// observability out. It knows neither transport nor simulator, and no clock but the time it is given.
+
+namespace vantage {
+
+/// Where the markers of the end effector have to go, as points in the world.
+struct ServoGoal {
+  /// One for each marker of the view [m]: known, or the prior of the goal's marker (without offset).
+  std::vector<Eigen::Vector3d> p_WG;
+  /// Ids of the goal's own markers in the scene, one for each marker of the view; empty: the goal is
+  /// known and not seen.
+  std::vector<int> marker_ids;
+  /// Goal points stand this far from the goal's markers, so that the arm does not hide them [m]; known.
+  Eigen::Vector3d offset_W{Eigen::Vector3d::Zero()};
+  double prior_sigma{0.05};           ///< Standard deviation of a prior [m]; > 0.
+  double marker_radius{0.01};         ///< Of the goal's markers [m].
+  std::vector<Eigen::Vector3d> normals;  ///< Of the goal's markers in the world; as long as p_WG.
+};
+
+/// What the servo works on.
+struct ServoTask {
+  ViewModel view;
+  ServoGoal goal;
+};
+
+/// Result of one control period.
+struct ServoOutput {
+  JointCommand command;               ///< Safe to send whatever the status says.
+  ServoStatus status;                 ///< Loop times and message counters are the caller's to fill in.
+  ObservabilityReport observability;
+  FeatureVector error;                ///< Image error e, row by row [px, rad, px²].
+};
+
+/// What the active camera needs of one period: everything in it is measured or estimated.
+struct ServoSnapshot {
+  bool valid{false};                  ///< False until all inputs were seen once.
+  ActiveInputs active;                ///< q_goal and goal_markers are the camera task's to fill in.
+  std::array<Eigen::Vector3d, kMaxPoints> p_WG{};      ///< Estimated goal points [m].
+  std::array<Eigen::Vector3d, kMaxPoints> p_marker{};  ///< Estimated markers of the goal [m].
+  int goal_count{0};
+};
+
+/// The servo. Set-up may throw; Accept() and Step() are real-time safe but for ViSP's interaction
+/// matrices (10 allocations for each point and its goal).
+class Servo {
+ public:
+  /// Throws ConfigError when options or sizes do not fit together.
+  Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& trigger);
+
+  /// Inputs. Each is checked (sizes, finite, increasing stamps, not from the future); false, and
+  /// nothing changed, when it is refused. Refusals are counted in the status.
+  bool Accept(const JointState& state, Time now) noexcept;
+  bool Accept(const CameraPose& pose, Time now) noexcept;
+  bool Accept(const ImageFeatures& features, Time now) noexcept;
+  /// What the active camera last said.
+  void Accept(const ActiveOutput& active) noexcept;
+  /// The operator's wish: false brings the arm to rest and keeps it there.
+  void SetEnabled(bool enabled) noexcept { enabled_ = enabled; }
+
+  /// One control period that ends in a command valid for options.period.
+  [[nodiscard]] const ServoOutput& Step(Time now) noexcept;
+
+  [[nodiscard]] const ServoSnapshot& snapshot() const noexcept { return snapshot_; }
+  [[nodiscard]] const ServoTask& task() const noexcept { return task_; }
+
+ private:
+  static constexpr int kHistory = 512;
+
+  [[nodiscard]] HoldReason CheckInputs(Time now) const noexcept;
+  [[nodiscard]] Twist CameraTwist() const noexcept;
+  void PredictState(Time now, const Twist& V_WC_C) noexcept;
+  void UseImage() noexcept;
+  [[nodiscard]] HoldReason PredictRows() noexcept;
+  [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
+  void ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept;
+  [[nodiscard]] int RowsNeeded() const noexcept;
+  void JudgeProgress(Time now) noexcept;
+  void Command(Time now, const JointVector& qdot) noexcept;
+
+  ServoTask task_;
+  ServoOptions options_;
+  TriggerOptions trigger_;
+  bool enabled_{true};
+  std::vector<bool> needed_;  // markers that some feature uses
+  int markers_needed_{0};
+
+  History<JointVector, kHistory> joints_;
+  History<Eigen::Isometry3d, kHistory> poses_;
+  ImageFeatures features_;
+  bool has_features_{false};
+  bool image_is_new_{false};
+  // Per marker of the view, from the newest image: measured pixel less the model's at the exposure.
+  std::array<Eigen::Vector2d, kMaxPoints> offset_{};
+  std::array<bool, kMaxPoints> seen_{};
+  std::vector<GoalPointEstimator> goal_;
+  ActiveOutput active_;
+
+  // Of the period under way.
+  JointVector q_;                 // now
+  JointVector qdot_;              // last commanded
+  Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};
+  Kinematics kinematics_;
+  PointViews current_, wanted_;
+  FeatureRows current_rows_, goal_rows_;
+  std::vector<PointJacobian> point_jacobians_;
+
+  // Convergence and stall.
+  std::optional<Time> below_since_;   // error below the tolerance
+  std::optional<Time> best_since_;    // smallest error so far
+  double best_error_{0.0};
+  bool stalled_{false};
+
+  ServoOutput output_;
+  ServoSnapshot snapshot_;
+};
+
+}  // namespace vantage

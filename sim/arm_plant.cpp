@@ -1,0 +1,77 @@
+#include "sim/arm_plant.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vantage/control/servo_law.h"
+#include "vantage/math/error.h"
+
+namespace vantage::sim {
+namespace {
+
+// Rounding, and the travel of one plant step, are no violations.
+constexpr double kSlack = 1e-9;
+
+JointVector Noise(int n, double sigma, std::mt19937_64* random) {
+  std::normal_distribution<double> normal(0.0, 1.0);
+  JointVector noise(n);
+  for (int i = 0; i < n; ++i) noise(i) = sigma * normal(*random);
+  return noise;
+}
+
+}  // namespace
+
+ArmPlant::ArmPlant(ArmModel arm, const JointVector& q_start, const ArmEffects& effects,
+                   std::uint64_t seed)
+    : arm_(std::move(arm)), effects_(effects), random_(seed), q_(q_start) {
+  if (q_start.size() != arm_.size() || !WithinLimits(arm_, q_start)) {
+    throw ConfigError("", "sim.start_joints",
+                      "needs " + std::to_string(arm_.size()) + " joints within their limits");
+  }
+  bias_ = Noise(arm_.size(), effects_.encoder_bias, &random_);
+  qdot_ = JointVector::Zero(arm_.size());
+  target_ = qdot_;
+}
+
+void ArmPlant::Accept(const JointCommand& command, Time now) {
+  const int n = arm_.size();
+  if (command.qdot.size() != n || !command.qdot.allFinite()) {
+    ++violations_.not_finite;
+    return;
+  }
+  // Commands may bunch up on their way: the time between them is at least a plant step.
+  const double dt = commanded_ ? std::max(ToSeconds(now - last_command_), 1e-3) : 1e-3;
+  for (int i = 0; i < n; ++i) {
+    const JointLimits& limit = arm_.limits()[i];
+    if (std::abs(command.qdot(i)) > limit.velocity + kSlack) ++violations_.velocity;
+    // One control period of jitter in the arrival is the transport's, not the controller's.
+    const double change = std::abs(command.qdot(i) - target_(i));
+    if (change > limit.acceleration * (dt + 0.004) + kSlack) ++violations_.acceleration;
+  }
+  target_ = command.qdot;
+  last_command_ = now;
+  commanded_ = true;
+}
+
+void ArmPlant::Step(Time now, double dt) {
+  if (commanded_ && ToSeconds(now - last_command_) > effects_.watchdog) {
+    target_ = RampToRest(arm_.limits(), target_, dt);
+  }
+  const double blend = effects_.lag > 0.0 ? 1.0 - std::exp(-dt / effects_.lag) : 1.0;
+  qdot_ += blend * (target_ - qdot_);
+  q_ += dt * qdot_;
+  for (int i = 0; i < arm_.size(); ++i) {
+    const JointLimits& limit = arm_.limits()[i];
+    if (q_(i) >= limit.lower - kSlack && q_(i) <= limit.upper + kSlack) continue;
+    ++violations_.position;
+    // The mechanical stop.
+    q_(i) = std::clamp(q_(i), limit.lower, limit.upper);
+    qdot_(i) = 0.0;
+  }
+}
+
+JointState ArmPlant::Read(Time now) {
+  return {now, q_ + bias_ + Noise(arm_.size(), effects_.encoder_noise, &random_), qdot_};
+}
+
+}  // namespace vantage::sim

@@ -1,0 +1,30 @@
+#include "vantage/report/gnuplot.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "vantage/math/error.h"
+#include "vantage/runtime/child_process.h"
+
+namespace vantage {
+
+void RunGnuplot(const std::string& script_path) {
+  const std::filesystem::path script = std::filesystem::absolute(script_path);
+  const std::filesystem::path log = script.string() + ".log";
+  ChildOptions options;
+  // gnuplot resolves names against its own working directory; the script's folder is what is meant.
+  options.arguments = {"gnuplot", "-e", "cd '" + script.parent_path().string() + "'", script.string()};
+  options.output = log.string();
+  ChildProcess child(options);
+  const auto status = child.WaitFor(std::chrono::seconds(60));
+  std::ostringstream said;
+  said << std::ifstream(log).rdbuf();
+  std::filesystem::remove(log);
+  if (!status || !status->success()) {
+    throw Error("gnuplot failed on " + script_path + ": " +
+                (status ? status->ToString() : "no end after 60 s") + "\n" + said.str());
+  }
+}
+
+}  // namespace vantage

@@ -1,0 +1,39 @@
+#include "vantage/servo/goal_estimator.h"
+
+#include <Eigen/LU>
+
+#include "vantage/camera/pinhole.h"
+
+namespace vantage {
+
+GoalPointEstimator::GoalPointEstimator(const Eigen::Vector3d& p_WG, double sigma)
+    : p_WG_(p_WG), covariance_(sigma * sigma * Eigen::Matrix3d::Identity()) {}
+
+bool GoalPointEstimator::Update(const CameraModel& camera, const Eigen::Isometry3d& X_WC,
+                                const Eigen::Vector2d& pixel, double sigma_px,
+                                double gate) noexcept {
+  if (!pixel.allFinite()) return false;
+  const auto point = Project(X_WC.inverse() * p_WG_);
+  if (!point) return false;
+  const Eigen::Matrix2d K = CalibrationJacobian(camera);
+  Eigen::Matrix<double, 2, 3> n_p;  // ∂n/∂p_CG
+  n_p << 1.0, 0.0, -point->n.x(), 0.0, 1.0, -point->n.y();
+  n_p /= point->depth;
+  const Eigen::Matrix<double, 2, 3> H = K * n_p * X_WC.linear().transpose();
+
+  const Eigen::Vector2d innovation = pixel - (K * point->n + Eigen::Vector2d(camera.u0, camera.v0));
+  const Eigen::Matrix2d S =
+      H * covariance_ * H.transpose() + sigma_px * sigma_px * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d S_inverse = S.inverse();
+  if (innovation.dot(S_inverse * innovation) > gate * gate) return false;
+  const Eigen::Matrix<double, 3, 2> gain = covariance_ * H.transpose() * S_inverse;
+  p_WG_ += gain * innovation;
+  // Joseph's form keeps the covariance symmetric and positive.
+  const Eigen::Matrix3d I_KH = Eigen::Matrix3d::Identity() - gain * H;
+  const Eigen::Matrix3d updated =
+      I_KH * covariance_ * I_KH.transpose() + sigma_px * sigma_px * gain * gain.transpose();
+  covariance_ = 0.5 * (updated + updated.transpose());
+  return true;
+}
+
+}  // namespace vantage

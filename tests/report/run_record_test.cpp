@@ -1,0 +1,118 @@
+#include "vantage/report/run_record.h"
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "vantage/math/error.h"
+#include "vantage/report/gnuplot.h"
+
+namespace vantage {
+namespace {
+
+class RunRecord : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              (std::string("vantage_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string File(const char* name) const { return (folder_ / name).string(); }
+
+  static std::vector<RunSample> Samples() {
+    std::vector<RunSample> samples;
+    for (int i = 0; i < 200; ++i) {
+      RunSample s;
+      s.t = 0.02 * i;
+      s.state = ServoState::kServoing;
+      s.error_px = 80.0 * std::exp(-s.t);
+      s.w_v = 1e9;
+      s.w_r = 0.05;
+      s.w_c = 1e8 * (1 + s.t);
+      s.trigger_value = 60.0 + 40.0 * s.t;
+      s.threshold = 120.0;
+      s.mm_per_px = 3.0;
+      s.camera_moving = i > 50 && i < 90;
+      s.true_error_mm = 100.0 * std::exp(-s.t);
+      samples.push_back(s);
+    }
+    return samples;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(RunRecord, SamplesHaveOneLineEachUnderAHeader) {
+  WriteSamples(Samples(), File("samples.csv"));
+  std::ifstream file(File("samples.csv"));
+  std::string header;
+  std::getline(file, header);
+  EXPECT_NE(header.find("error [px]"), std::string::npos);
+  int lines = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++lines;
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), std::count(header.begin(), header.end(), ','));
+  }
+  EXPECT_EQ(lines, 200);
+}
+
+TEST_F(RunRecord, SummaryIsValidJsonEvenWithInfinities) {
+  RunSummary summary;
+  summary.scenario = "a \"quoted\" name";
+  summary.observability.mm_per_px = std::numeric_limits<double>::infinity();
+  summary.true_error_mm = 1.5;
+  WriteSummary(summary, File("summary.json"));
+  const auto json = nlohmann::json::parse(std::ifstream(File("summary.json")));
+  EXPECT_EQ(json["scenario"], summary.scenario);
+  EXPECT_TRUE(json["final_mm_per_px"].is_null());
+  EXPECT_EQ(json["final_true_error_mm"], 1.5);
+  EXPECT_TRUE(json["time_to_converge_s"].is_null());
+}
+
+// The picture shows the blue band of the camera's move and curves in it.
+TEST_F(RunRecord, PictureShowsCurvesAndTheCamerasMove) {
+  WriteSamples(Samples(), File("samples.csv"));
+  RunSummary summary;
+  summary.scenario = "test";
+  summary.camera = "active";
+  summary.end = "converged";
+  PlotRun(summary, Samples(), folder_.string());
+  const cv::Mat picture = cv::imread(File("run.png"));
+  ASSERT_EQ(picture.cols, 1200);
+  ASSERT_EQ(picture.rows, 1280);
+  cv::Mat band;
+  cv::inRange(picture, cv::Scalar(0xf7, 0xe9, 0xdc), cv::Scalar(0xf7, 0xe9, 0xdc), band);
+  EXPECT_GT(cv::countNonZero(band), 10000);
+  cv::Mat curve;
+  cv::inRange(picture, cv::Scalar(0x9c, 0x4e, 0x1f), cv::Scalar(0x9c, 0x4e, 0x1f), curve);
+  EXPECT_GT(cv::countNonZero(curve), 500);
+}
+
+TEST_F(RunRecord, UnwritableFileIsAnErrorThatNamesIt) {
+  try {
+    WriteSamples(Samples(), File("no/such/folder.csv"));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("no/such/folder.csv"), std::string::npos);
+  }
+}
+
+TEST_F(RunRecord, BrokenScriptIsAnErrorThatSaysWhatGnuplotSaid) {
+  std::ofstream(File("bad.gp")) << "plat 'nothing'\n";
+  try {
+    RunGnuplot(File("bad.gp"));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("plat"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,318 @@
+#include "vantage/servo/servo.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "allocation_guard.h"
+#include "eigen_matchers.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kPeriod = 0.002;
+
+// A three-joint arm of the PUMA type, 0.4 m links, a dot at its tip and one beside it.
+ArmModel TestArm() {
+  std::vector<DhRow> rows(3);
+  rows[0] = {JointKind::kRevolute, 0.0, 0.4, 0.0, M_PI / 2, 0.0};
+  rows[1] = {JointKind::kRevolute, 0.0, 0.0, 0.4, 0.0, 0.0};
+  rows[2] = {JointKind::kRevolute, 0.0, 0.0, 0.4, 0.0, 0.0};
+  JointLimits limit;
+  limit.velocity = 1.5;
+  limit.acceleration = 8.0;
+  return ArmModel("test", DhConvention::kStandard, rows, {limit, limit, limit},
+                  Isometry3d::Identity(), Isometry3d::Identity());
+}
+
+ViewModel TestView() {
+  std::vector<Marker> markers(2);
+  markers[0].id = 0;
+  markers[1].id = 1;
+  markers[1].p = {0.0, 0.0, 0.15};
+  return {TestArm(), CameraModel(),
+          FeatureSet({{FeatureKind::kPointX, {0}}, {FeatureKind::kPointY, {0}}, {FeatureKind::kPointX, {1}}}, 2),
+          markers};
+}
+
+JointVector Joints(double a, double b, double c) {
+  JointVector q(3);
+  q << a, b, c;
+  return q;
+}
+
+// Camera at `p`, looking at (0.5, 0, 0.5), image up along Wz.
+Isometry3d LookFrom(const Vector3d& p) {
+  const Vector3d z = (Vector3d(0.5, 0.0, 0.5) - p).normalized();
+  const Vector3d x = z.cross(Vector3d::UnitZ()).normalized();
+  Isometry3d X_WC = Isometry3d::Identity();
+  X_WC.linear() << x, z.cross(x), z;
+  X_WC.translation() = p;
+  return X_WC;
+}
+
+Time At(double seconds) { return Time(FromSeconds(seconds)); }
+
+// A noise-free cell: the arm obeys at once, images come at 50 Hz with a latency, projected by the model.
+class Cell {
+ public:
+  Cell(const ViewModel& view, const JointVector& q) : view_(view), q_(q), qdot_(JointVector::Zero(q.size())) {}
+
+  void Advance(const JointCommand& command, const Isometry3d& X_WC) {
+    qdot_ = command.qdot;
+    q_ += kPeriod * qdot_;
+    X_WC_ = X_WC;
+    ++tick_;
+  }
+  [[nodiscard]] Time now() const { return At(1.0 + tick_ * kPeriod); }
+  [[nodiscard]] JointState Joints() const { return {now(), q_, qdot_}; }
+  [[nodiscard]] CameraPose Pose() const { return {now(), X_WC_}; }
+  [[nodiscard]] bool ImageDue() const { return tick_ % 10 == 0; }
+  [[nodiscard]] ImageFeatures Image() const {
+    ImageFeatures image;
+    image.stamp = image.exposure = now();
+    image.X_WC = X_WC_;
+    const Isometry3d X_CE = X_WC_.inverse() * EndEffectorPose(view_.arm, q_);
+    for (const Marker& marker : view_.markers) {
+      const auto point = Project(X_CE * marker.p);
+      MarkerMeasurement& m = image.markers[image.count++];
+      m.id = marker.id;
+      m.valid = point.has_value();
+      if (point) m.pixel = ToPixel(view_.camera, point->n);
+    }
+    return image;
+  }
+  [[nodiscard]] const JointVector& q() const { return q_; }
+
+ private:
+  ViewModel view_;
+  JointVector q_, qdot_;
+  Isometry3d X_WC_{LookFrom({1.2, -1.5, 1.0})};
+  int tick_{0};
+};
+
+std::vector<Vector3d> GoalPoints(const ViewModel& view, const JointVector& q) {
+  std::vector<Vector3d> points;
+  for (const Marker& m : view.markers) points.push_back(EndEffectorPose(view.arm, q) * m.p);
+  return points;
+}
+
+// From this camera one pixel hides 18 mm along the line of sight.
+ServoOptions Options(double max_mm_per_px = 25.0) {
+  ServoOptions options;
+  options.convergence.max_mm_per_px = max_mm_per_px;
+  return options;
+}
+
+Servo MakeServo(const ViewModel& view, const JointVector& q_goal,
+                const ServoOptions& options = Options()) {
+  ServoTask task{view, {}};
+  task.goal.p_WG = GoalPoints(view, q_goal);
+  return {task, options, TriggerOptions()};
+}
+
+const JointVector kStart = Joints(-0.3, 0.5, -0.9);
+const JointVector kGoal = Joints(0.3, 0.8, -1.3);
+
+struct Session {
+  ViewModel view = TestView();
+  Cell cell{view, kStart};
+  Servo servo = MakeServo(view, kGoal);
+  Isometry3d X_WC = LookFrom({1.2, -1.5, 1.0});
+
+  void Feed() {
+    servo.Accept(cell.Joints(), cell.now());
+    servo.Accept(cell.Pose(), cell.now());
+    if (cell.ImageDue()) servo.Accept(cell.Image(), cell.now());
+  }
+  const ServoOutput& Tick() {
+    Feed();
+    const ServoOutput& out = servo.Step(cell.now());
+    cell.Advance(out.command, X_WC);
+    return out;
+  }
+  void For(double seconds) {
+    for (int i = 0; i < seconds / kPeriod; ++i) (void)Tick();
+  }
+};
+
+TEST(Servo, ConvergesToTheGoal) {
+  Session run;
+  run.For(6.0);
+  const ServoOutput& out = run.Tick();
+  EXPECT_EQ(out.status.state, ServoState::kConverged)
+      << Name(out.status.state) << " " << Name(out.status.reason) << " " << out.observability.mm_per_px
+      << " mm/px";
+  EXPECT_LT(out.status.error_px, 0.1);
+  EXPECT_TRUE(test::Near(run.cell.q(), kGoal, 2e-3));
+}
+
+// The camera flies round while the arm servoes: the error's flow is fed forward, so it still arrives.
+TEST(Servo, ConvergesWhileTheCameraMoves) {
+  Session run;
+  double angle = 0.0;
+  double late_error = 0.0;
+  for (int i = 0; i < 4000; ++i) {
+    angle += 0.25 * kPeriod;
+    run.X_WC = LookFrom({0.5 + 1.8 * std::sin(0.4 + angle), -1.8 * std::cos(0.4 + angle), 1.0});
+    const ServoOutput& out = run.Tick();
+    if (i > 3000) late_error = std::max(late_error, out.status.error_px);
+  }
+  EXPECT_LT(late_error, 0.5);
+  EXPECT_TRUE(test::Near(run.cell.q(), kGoal, 2e-3));
+}
+
+TEST(Servo, EveryCommandKeepsTheLimits) {
+  Session run;
+  JointVector last = JointVector::Zero(3);
+  for (int i = 0; i < 2000; ++i) {
+    const JointVector qdot = run.Tick().command.qdot;
+    for (int j = 0; j < 3; ++j) {
+      ASSERT_LE(std::abs(qdot(j)), 1.5 + 1e-12);
+      ASSERT_LE(std::abs(qdot(j) - last(j)), 8.0 * kPeriod + 1e-12);
+    }
+    last = qdot;
+  }
+}
+
+TEST(Servo, WaitsForItsInputsAndNamesTheMissingOne) {
+  Session run;
+  EXPECT_EQ(run.servo.Step(run.cell.now()).status.reason, HoldReason::kNoJointState);
+  run.servo.Accept(run.cell.Joints(), run.cell.now());
+  EXPECT_EQ(run.servo.Step(run.cell.now()).status.reason, HoldReason::kNoCameraPose);
+  run.servo.Accept(run.cell.Pose(), run.cell.now());
+  EXPECT_EQ(run.servo.Step(run.cell.now()).status.reason, HoldReason::kNoFeatures);
+  EXPECT_EQ(run.servo.Step(run.cell.now()).status.state, ServoState::kAcquiring);
+  run.servo.Accept(run.cell.Image(), run.cell.now());
+  EXPECT_EQ(run.servo.Step(run.cell.now()).status.state, ServoState::kServoing);
+}
+
+enum class Input { kJoints, kPose, kImage };
+
+// One input stops: the servo holds within its limit, ramps down, says why, and resumes when it returns.
+void LoseInput(Input lost, HoldReason expected) {
+  Session run;
+  run.For(0.4);
+  const double before = run.Tick().command.qdot.norm();
+  ASSERT_GT(before, 0.05);
+  ServoOutput out;
+  for (int i = 0; i < 300; ++i) {
+    if (lost != Input::kJoints) run.servo.Accept(run.cell.Joints(), run.cell.now());
+    if (lost != Input::kPose) run.servo.Accept(run.cell.Pose(), run.cell.now());
+    if (lost != Input::kImage && run.cell.ImageDue()) run.servo.Accept(run.cell.Image(), run.cell.now());
+    const JointVector last = out.command.qdot;
+    out = run.servo.Step(run.cell.now());
+    if (last.size() == 3) {
+      ASSERT_LE((out.command.qdot - last).lpNorm<Eigen::Infinity>(), 8.0 * kPeriod + 1e-12);
+    }
+    run.cell.Advance(out.command, run.X_WC);
+  }
+  EXPECT_EQ(out.status.state, ServoState::kHolding);
+  EXPECT_EQ(out.status.reason, expected) << Name(out.status.reason);
+  EXPECT_TRUE(out.command.qdot.isZero(0.0));
+  EXPECT_EQ(out.status.stops, 1);
+  run.For(0.1);
+  EXPECT_EQ(run.Tick().status.state, ServoState::kServoing);
+}
+
+TEST(Servo, HoldsOnStaleJoints) { LoseInput(Input::kJoints, HoldReason::kStaleJointState); }
+TEST(Servo, HoldsOnStaleCameraPose) { LoseInput(Input::kPose, HoldReason::kStaleCameraPose); }
+TEST(Servo, HoldsOnStaleFeatures) { LoseInput(Input::kImage, HoldReason::kStaleFeatures); }
+
+TEST(Servo, HoldsWhenMarkersAreLostAndResumes) {
+  Session run;
+  run.For(0.3);
+  ImageFeatures blind = run.cell.Image();
+  blind.exposure += FromSeconds(0.001);
+  blind.markers[0].valid = false;
+  ASSERT_TRUE(run.servo.Accept(blind, run.cell.now()));
+  const ServoOutput& out = run.servo.Step(run.cell.now());
+  EXPECT_EQ(out.status.reason, HoldReason::kTooFewFeatures);
+  EXPECT_EQ(out.status.markers_seen, 1);
+  run.For(0.1);
+  EXPECT_EQ(run.Tick().status.state, ServoState::kServoing);
+}
+
+TEST(Servo, RefusesBadInputsOneByOne) {
+  Session run;
+  run.For(0.1);
+  run.Feed();
+  const Time now = run.cell.now();
+  const Time next = now + FromSeconds(0.001);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+
+  JointState joints = run.cell.Joints();
+  joints.stamp = next;
+  joints.q(1) = nan;
+  EXPECT_FALSE(run.servo.Accept(joints, next)) << "NaN position";
+  joints = run.cell.Joints();
+  joints.stamp = next;
+  joints.qdot(1) = nan;
+  EXPECT_FALSE(run.servo.Accept(joints, next)) << "NaN velocity";
+  joints = run.cell.Joints();
+  joints.stamp = now - FromSeconds(0.01);
+  EXPECT_FALSE(run.servo.Accept(joints, next)) << "reordered";
+  joints.stamp = now + FromSeconds(10.0);
+  EXPECT_FALSE(run.servo.Accept(joints, next)) << "from the future";
+  joints.stamp = next;
+  joints.q = JointVector::Zero(4);
+  EXPECT_FALSE(run.servo.Accept(joints, next)) << "one joint too many";
+
+  CameraPose pose = run.cell.Pose();
+  pose.stamp = next;
+  pose.X_WC.linear() *= 1.1;
+  EXPECT_FALSE(run.servo.Accept(pose, next)) << "not a rotation";
+
+  ImageFeatures image = run.cell.Image();
+  image.exposure = next;
+  image.markers[0].pixel.x() = nan;
+  EXPECT_FALSE(run.servo.Accept(image, next)) << "NaN pixel";
+  image = run.cell.Image();
+  image.exposure = next;
+  image.count = kMaxMarkers + 1;
+  EXPECT_FALSE(run.servo.Accept(image, next)) << "too many markers";
+  EXPECT_EQ(run.servo.Step(next).status.refused_messages, 8);
+}
+
+TEST(Servo, TheOperatorStopsIt) {
+  Session run;
+  run.For(0.3);
+  run.servo.SetEnabled(false);
+  run.For(0.5);
+  const ServoOutput& out = run.Tick();
+  EXPECT_EQ(out.status.state, ServoState::kIdle);
+  EXPECT_EQ(out.status.reason, HoldReason::kOperator);
+  EXPECT_TRUE(out.command.qdot.isZero(0.0));
+}
+
+// A view that hides the error must not be called success, however small the error in the image.
+TEST(Servo, DoesNotCertifyAGrazingView) {
+  Session run;
+  run.servo = MakeServo(run.view, kGoal, Options(10.0));
+  run.For(6.0);
+  const ServoOutput& out = run.Tick();
+  EXPECT_LT(out.status.error_px, 0.1);
+  EXPECT_NE(out.status.state, ServoState::kConverged);
+  EXPECT_GT(out.observability.mm_per_px, 10.0);
+  EXPECT_TRUE(run.servo.snapshot().active.stalled);
+}
+
+TEST(Servo, AllocatesNothingButViSPsMatrices) {
+  if (!test::AllocationGuard::kSupported) GTEST_SKIP();
+  Session run;
+  run.For(0.2);
+  run.Feed();
+  const test::AllocationGuard guard;
+  const ServoOutput& out = run.servo.Step(run.cell.now());
+  // 10 for each of two points and two goals.
+  EXPECT_LE(guard.count(), 40u);
+  EXPECT_EQ(out.status.state, ServoState::kServoing);
+}
+
+}  // namespace
+}  // namespace vantage
