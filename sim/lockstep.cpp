@@ -35,23 +35,6 @@ const ServoOutput& Lockstep::Tick() {
   return output;
 }
 
-RunSample MakeSample(double t, const ServoStatus& status, const ObservabilityReport& observability) {
-  RunSample sample;
-  sample.t = t;
-  sample.state = status.state;
-  sample.reason = status.reason;
-  sample.error_px = status.error_px;
-  sample.w_v = observability.w_v;
-  sample.w_r = observability.w_r;
-  sample.w_c = observability.w_c;
-  sample.sigma_min = observability.composite.sigma_min;
-  sample.trigger_value = observability.trigger_value;
-  sample.threshold = observability.threshold;
-  sample.mm_per_px = observability.mm_per_px;
-  sample.camera_moving = observability.active_state == ActiveState::kMoving;
-  return sample;
-}
-
 LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener) {
   Lockstep lockstep(scenario);
   LockstepRun run;
@@ -71,7 +54,9 @@ LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener
       next_sample += 1.0 / kSamplesPerSecond;
       run.samples.push_back(MakeSample(lockstep.time(), output.status, output.observability));
       run.samples.back().true_error_mm = 1e3 * run.truth.worst_error;
-      if (listener) listener(run.samples.back(), lockstep.world());
+      if (listener) {
+        listener(run.samples.back(), output.observability, output.status, lockstep.world());
+      }
     }
     run.summary.status = output.status;
     run.summary.observability = output.observability;

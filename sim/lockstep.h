@@ -43,13 +43,11 @@ struct LockstepRun {
 };
 
 /// Told of each sample as it is made; the world is the one it was made of.
-using SampleListener = std::function<void(const RunSample& sample, World& world)>;
+using SampleListener =
+    std::function<void(const RunSample& sample, const ObservabilityReport& observability,
+                       const ServoStatus& status, World& world)>;
 
 /// Runs until the servo has converged, or for the scenario's time limit.
 [[nodiscard]] LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener = {});
-
-/// One line of a run from what the servo says.
-[[nodiscard]] RunSample MakeSample(double t, const ServoStatus& status,
-                                   const ObservabilityReport& observability);
 
 }  // namespace vantage::sim
