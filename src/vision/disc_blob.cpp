@@ -241,8 +241,8 @@ struct RowSums {
   float s0{0.0F}, sx{0.0F}, sxx{0.0F}, sxxx{0.0F}, edge{0.0F};
 };
 
-RowSums WeighRow(const std::uint8_t* row, int left, int right, float origin, float scale, float offset,
-                 float stretch, float shift) noexcept {
+RowSums WeighRow(const std::uint8_t* row, int left, int right, float origin, float scale,
+                 float offset, float stretch, float shift) noexcept {
   float s0 = 0.0F;
   float sx = 0.0F;
   float sxx = 0.0F;
@@ -321,8 +321,7 @@ Moments WeightedMoments(const Rising& rising, const Runs& runs, int margin, cons
 // Semi-axes of an ellipse given by its Σ, the shorter first.
 Vector2d SemiAxes(const Matrix2d& shape) noexcept {
   const double mean = 0.5 * shape.trace();
-  const double half =
-      std::sqrt(std::max(0.0, mean * mean - shape.determinant()));
+  const double half = std::sqrt(std::max(0.0, mean * mean - shape.determinant()));
   return {std::sqrt(std::max(0.0, mean - half)), std::sqrt(mean + half)};
 }
 
@@ -386,18 +385,30 @@ bool ReadRing(const Rising& rising, const Moments& moments, double disc, double 
 
 const char* Name(MarkerFault fault) noexcept {
   switch (fault) {
-    case MarkerFault::kNone: return "NONE";
-    case MarkerFault::kNotExpected: return "NOT_EXPECTED";
-    case MarkerFault::kNoContrast: return "NO_CONTRAST";
-    case MarkerFault::kTooSmall: return "TOO_SMALL";
-    case MarkerFault::kTooLarge: return "TOO_LARGE";
-    case MarkerFault::kTouchesWindow: return "TOUCHES_WINDOW";
-    case MarkerFault::kTouchesBorder: return "TOUCHES_BORDER";
-    case MarkerFault::kNotElliptic: return "NOT_ELLIPTIC";
-    case MarkerFault::kWeakRing: return "WEAK_RING";
-    case MarkerFault::kWrongArea: return "WRONG_AREA";
-    case MarkerFault::kAmbiguous: return "AMBIGUOUS";
-    case MarkerFault::kNotFound: return "NOT_FOUND";
+    case MarkerFault::kNone:
+      return "NONE";
+    case MarkerFault::kNotExpected:
+      return "NOT_EXPECTED";
+    case MarkerFault::kNoContrast:
+      return "NO_CONTRAST";
+    case MarkerFault::kTooSmall:
+      return "TOO_SMALL";
+    case MarkerFault::kTooLarge:
+      return "TOO_LARGE";
+    case MarkerFault::kTouchesWindow:
+      return "TOUCHES_WINDOW";
+    case MarkerFault::kTouchesBorder:
+      return "TOUCHES_BORDER";
+    case MarkerFault::kNotElliptic:
+      return "NOT_ELLIPTIC";
+    case MarkerFault::kWeakRing:
+      return "WEAK_RING";
+    case MarkerFault::kWrongArea:
+      return "WRONG_AREA";
+    case MarkerFault::kAmbiguous:
+      return "AMBIGUOUS";
+    case MarkerFault::kNotFound:
+      return "NOT_FOUND";
   }
   return "UNKNOWN";
 }
@@ -470,7 +481,8 @@ DiscBlob MeasureDisc(const GreyView& image, const PixelWindow& search, int u, in
     right = std::max(right, runs.rows[i].right);
   }
   blob.bounds = {left, runs.top, right - left + 1, runs.count};
-  if (left < options.border || runs.top < options.border || right > image.width - 1 - options.border ||
+  if (left < options.border || runs.top < options.border ||
+      right > image.width - 1 - options.border ||
       runs.top + runs.count > image.height - options.border) {
     blob.fault = MarkerFault::kTouchesBorder;
     return blob;

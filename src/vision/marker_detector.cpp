@@ -58,8 +58,7 @@ MarkerDetection DetectOne(const GreyView& image, const CameraModel& camera,
     detection.fault = MarkerFault::kNotExpected;
     return detection;
   }
-  const PixelWindow window =
-      Clip(SearchWindow(prediction, options), image.width, image.height);
+  const PixelWindow window = Clip(SearchWindow(prediction, options), image.width, image.height);
   const int u0 = Round(prediction.image.centroid.x());
   const int v0 = Round(prediction.image.centroid.y());
   // Look from the predicted centre first, then from a grid about it that no disc slips through.
@@ -278,8 +277,8 @@ class GroupNamer {
 
 }  // namespace
 
-MarkerPrediction PredictMarker(const CameraModel& camera, const Isometry3d& X_CF, const Marker& marker,
-                               int group, double max_incidence) noexcept {
+MarkerPrediction PredictMarker(const CameraModel& camera, const Isometry3d& X_CF,
+                               const Marker& marker, int group, double max_incidence) noexcept {
   MarkerPrediction prediction;
   prediction.id = marker.id;
   prediction.group = group;
@@ -298,7 +297,8 @@ Vector2d PublishedPixel(const CameraModel& camera, const DiscImage& predicted,
          UndistortPixel(camera, predicted.centroid);
 }
 
-PixelWindow SearchWindow(const MarkerPrediction& prediction, const DetectorOptions& options) noexcept {
+PixelWindow SearchWindow(const MarkerPrediction& prediction,
+                         const DetectorOptions& options) noexcept {
   const Vector2d half = 2.0 * prediction.image.shape.diagonal().cwiseSqrt() +
                         Vector2d::Constant(options.search_margin + 2.0);
   const int u = Round(std::floor(prediction.image.centroid.x() - half.x()));
@@ -401,8 +401,7 @@ MarkerDetections AcquireMarkers(const GreyView& image, const CameraModel& camera
     if (largest == 0.0) continue;
     DiscOptions disc = options.disc;
     disc.max_semi_axis = std::min(disc.max_semi_axis, 1.3 * largest + 2.0);
-    for (const DiscBlob& blob :
-         FindDiscs(image, dark, std::max(least, disc.min_semi_axis), disc)) {
+    for (const DiscBlob& blob : FindDiscs(image, dark, std::max(least, disc.min_semi_axis), disc)) {
       blobs.push_back(blob);
       blob_dark.push_back(dark);
     }

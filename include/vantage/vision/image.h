@@ -48,10 +48,10 @@ struct Image {
   }
 };
 
-using GreyImage = Image<std::uint8_t, 1>;     ///< Intensity, 0 to 255.
-using ColourImage = Image<std::uint8_t, 3>;   ///< Red, green, blue.
-using DepthImage = Image<float, 1>;           ///< Depth Z in the camera frame [m].
-using IdImage = Image<std::uint16_t, 1>;      ///< What each pixel shows.
+using GreyImage = Image<std::uint8_t, 1>;    ///< Intensity, 0 to 255.
+using ColourImage = Image<std::uint8_t, 3>;  ///< Red, green, blue.
+using DepthImage = Image<float, 1>;          ///< Depth Z in the camera frame [m].
+using IdImage = Image<std::uint16_t, 1>;     ///< What each pixel shows.
 
 [[nodiscard]] inline GreyView View(const GreyImage& image) noexcept {
   return {image.pixels.data(), image.width, image.height, image.width};
