@@ -90,7 +90,7 @@ TEST_P(EveryCell, LeavesBadViewsWithinEveryBound) {
     Loop loop(cell, test::DrawTask(cell, 70.0, &random));
     loop.arm_moves = true;
     RigVector last = loop.task_.q_c, last_step = RigVector::Zero(cell.rig.size());
-    for (int i = 0; i < 900; ++i) {
+    for (int i = 0; i < 1500; ++i) {
       const ActiveOutput& output = loop.Step();
       const RigVector step = output.q_c - last;
       for (int a = 0; a < cell.rig.size(); ++a) {
@@ -101,7 +101,8 @@ TEST_P(EveryCell, LeavesBadViewsWithinEveryBound) {
         ASSERT_GE(output.q_c(a), axis.lower - 1e-12);
         ASSERT_LE(output.q_c(a), axis.upper + 1e-12);
       }
-      const double moved = (output.X_WC.translation() - RigPose(cell.rig, last).translation()).norm();
+      const double moved =
+          (output.X_WC.translation() - RigPose(cell.rig, last).translation()).norm();
       ASSERT_LE(moved, cell.rig.max_linear_speed * kPeriod * (1 + 1e-6));
       last = output.q_c;
       last_step = step;
@@ -263,15 +264,14 @@ TEST(ActiveCamera, PlansAreSpaced) {
 }
 
 TEST(ActiveCamera, MovesWhenMarkerIsLost) {
-  Loop loop(test::Planar2(), TaskOf(Vector2d(0.2, 1.2), Vector2d(0.2, 1.2),
-                                    Vector4d(2.2, 0.3, 0.0, 0.0)));
+  Loop loop(test::Planar2(),
+            TaskOf(Vector2d(0.2, 1.2), Vector2d(0.2, 1.2), Vector4d(2.2, 0.3, 0.0, 0.0)));
   loop.Step();
   ASSERT_FALSE(loop.output_.triggered);
   loop.change_inputs = [&](ActiveInputs* inputs) {
     // Something stands before the camera until it has moved by a foot.
     const Isometry3d start = RigPose(loop.cell_.rig, loop.task_.q_c);
-    inputs->markers_lost =
-        (inputs->X_WC.translation() - start.translation()).norm() < 0.3 ? 1 : 0;
+    inputs->markers_lost = (inputs->X_WC.translation() - start.translation()).norm() < 0.3 ? 1 : 0;
   };
   for (int i = 0; i < 900; ++i) loop.Step();
   EXPECT_EQ(loop.output_.reason, ActiveReason::kMarkerLost);
@@ -280,8 +280,8 @@ TEST(ActiveCamera, MovesWhenMarkerIsLost) {
 }
 
 TEST(ActiveCamera, OneLostImageIsNoReason) {
-  Loop loop(test::Planar2(), TaskOf(Vector2d(0.2, 1.2), Vector2d(0.2, 1.2),
-                                    Vector4d(2.2, 0.3, 0.0, 0.0)));
+  Loop loop(test::Planar2(),
+            TaskOf(Vector2d(0.2, 1.2), Vector2d(0.2, 1.2), Vector4d(2.2, 0.3, 0.0, 0.0)));
   int i = 0;
   loop.change_inputs = [&](ActiveInputs* inputs) { inputs->markers_lost = ++i % 3 == 0 ? 1 : 0; };
   for (int k = 0; k < 120; ++k) loop.Step();
@@ -297,8 +297,7 @@ TEST(ActiveCamera, MovesBeforeMarkerIsLost) {
   bool lost = false;
   for (int i = 0; i < 600; ++i) {
     loop.Step();
-    lost = lost ||
-           !test::SeesAllByMarching(cell.model, loop.sample_, loop.output_.X_WC, 0.0);
+    lost = lost || !test::SeesAllByMarching(cell.model, loop.sample_, loop.output_.X_WC, 0.0);
   }
   EXPECT_EQ(loop.output_.reason, ActiveReason::kMarkerAtRisk);
   EXPECT_GE(loop.output_.moves, 1);
@@ -306,8 +305,8 @@ TEST(ActiveCamera, MovesBeforeMarkerIsLost) {
 }
 
 TEST(ActiveCamera, StalledServoGetsAnotherView) {
-  Loop loop(test::Planar2(), TaskOf(Vector2d(0.2, 1.2), Vector2d(0.2, 1.2),
-                                    Vector4d(2.2, 0.3, 0.0, 0.0)));
+  Loop loop(test::Planar2(),
+            TaskOf(Vector2d(0.2, 1.2), Vector2d(0.2, 1.2), Vector4d(2.2, 0.3, 0.0, 0.0)));
   loop.change_inputs = [](ActiveInputs* inputs) { inputs->stalled = true; };
   for (int i = 0; i < 60; ++i) loop.Step();
   EXPECT_EQ(loop.output_.reason, ActiveReason::kStalled);
@@ -329,7 +328,8 @@ TEST(ActiveCamera, GuardStopsBeforeLosingMarker) {
   const Vector3d ray = (X_WC.translation() - marker.p_W).normalized();
   const Vector3d ahead = (X_WC.linear() * loop.output_.V_WC_C.head<3>()).normalized();
   // Oblique by almost the limit, and more so further on.
-  marker.normal_W = (std::cos(1.25) * ray - std::sin(1.25) * (ahead - ahead.dot(ray) * ray).normalized());
+  marker.normal_W =
+      (std::cos(1.25) * ray - std::sin(1.25) * (ahead - ahead.dot(ray) * ray).normalized());
   loop.change_inputs = [&](ActiveInputs* inputs) { inputs->goal_markers = {marker}; };
   bool held = false;
   for (int i = 0; i < 120; ++i) {

@@ -307,8 +307,9 @@ TEST(PlanView, RaisesTheMeasureNamed) {
     test::Task task = test::DrawTask(cell, 70.0, &random);
     task.q_goal = task.q;
     const auto value = [&](TriggerMeasure measure, const RigVector& q_c) {
-      return TriggerValue(measure, MeasureOf(CompositeJacobian(cell.model, SampleArm(cell.model, task.q),
-                                                               RigPose(cell.rig, q_c))));
+      return TriggerValue(measure,
+                          MeasureOf(CompositeJacobian(cell.model, SampleArm(cell.model, task.q),
+                                                      RigPose(cell.rig, q_c))));
     };
     for (const auto measure : {TriggerMeasure::kGeometricMean, TriggerMeasure::kCompositeW,
                                TriggerMeasure::kSigmaMin, TriggerMeasure::kInverseCondition}) {
