@@ -27,11 +27,14 @@ VelocityBounds Wide(int n) {
   return {JointVector::Constant(n, -1e6), JointVector::Constant(n, 1e6)};
 }
 
+// J_c = J_v J_r: of rank 6 at most, as that of every arm.
 TaskJacobian RandomJacobian(int k, int n, std::mt19937* random) {
-  std::normal_distribution<double> normal(0.0, 300.0);
-  TaskJacobian J(k, n);
-  for (int i = 0; i < J.size(); ++i) J.data()[i] = normal(*random);
-  return J;
+  std::normal_distribution<double> normal(0.0, 1.0);
+  FeatureJacobian J_v(k, 6);
+  ArmJacobian J_r(6, n);
+  for (int i = 0; i < J_v.size(); ++i) J_v.data()[i] = 300.0 * normal(*random);
+  for (int i = 0; i < J_r.size(); ++i) J_r.data()[i] = normal(*random);
+  return J_v * J_r;
 }
 
 FeatureVector RandomError(int k, std::mt19937* random) {

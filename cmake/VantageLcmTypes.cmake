@@ -1,0 +1,75 @@
+# LCM and what is generated from lcm_types/*.lcm: C++ bindings, layouts for checking bytes from outside,
+# and the jar that shows the types in lcm-spy.
+
+# vantage_lcm: the library, and LCM_GEN: the generator. LCM 1.4 and later bring a CMake package; Debian 12's
+# 1.3.1 has a pkg-config file alone.
+find_package(lcm QUIET CONFIG)
+add_library(vantage_lcm INTERFACE)
+if(lcm_FOUND)
+  target_link_libraries(vantage_lcm INTERFACE lcm)
+else()
+  pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
+  target_link_libraries(vantage_lcm INTERFACE PkgConfig::LCM)
+endif()
+find_program(LCM_GEN lcm-gen REQUIRED)
+
+# vantage_add_lcm_types(<target> TYPES <file.lcm>...)
+#
+# Interface library with lcm-gen's C++ bindings as system headers (<package>/<type>.hpp), and
+# "vantage_lcm/layouts.h": the layout of every type as a table (vantage/messaging/message_layout.h). A type
+# comes after the types it contains.
+function(vantage_add_lcm_types target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TYPES")
+  set(out ${CMAKE_CURRENT_BINARY_DIR}/generated)
+  set(files "")
+  set(headers "")
+  foreach(type IN LISTS arg_TYPES)
+    set(file ${CMAKE_CURRENT_SOURCE_DIR}/${type})
+    cmake_path(GET type STEM name)
+    file(STRINGS ${file} package REGEX "^package ")
+    string(REGEX REPLACE "^package +([A-Za-z0-9_]+).*" "\\1" package "${package}")
+    set(header ${out}/${package}/${name}.hpp)
+    add_custom_command(
+      OUTPUT ${header}
+      COMMAND ${LCM_GEN} --cpp --cpp-std c++11 --cpp-hpath ${out} ${file}
+      DEPENDS ${file}
+      VERBATIM)
+    list(APPEND headers ${header})
+    list(APPEND files ${file})
+  endforeach()
+  set(layouts ${out}/vantage_lcm/layouts.h)
+  add_custom_command(
+    OUTPUT ${layouts}
+    COMMAND ${CMAKE_COMMAND} -DLCM_GEN=${LCM_GEN} -DOUT=${layouts} "-DTYPES=${files}"
+            -P ${PROJECT_SOURCE_DIR}/cmake/VantageLcmLayouts.cmake
+    DEPENDS ${files} ${PROJECT_SOURCE_DIR}/cmake/VantageLcmLayouts.cmake
+    VERBATIM)
+  add_library(${target} INTERFACE ${headers} ${layouts})
+  target_include_directories(${target} SYSTEM INTERFACE ${out})
+  target_link_libraries(${target} INTERFACE vantage_lcm)
+endfunction()
+
+# vantage_add_lcm_jar(<target> TYPES <file.lcm>...)
+#
+# build/<preset>/share/vantage_types.jar: the Java bindings, for lcm-spy (tools/spy) and other Java tools.
+# Left out with a message where there is no JDK or no lcm.jar: nothing else needs it.
+function(vantage_add_lcm_jar target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TYPES")
+  find_package(Java QUIET COMPONENTS Development)
+  find_file(VANTAGE_LCM_JAR lcm.jar PATHS /usr/share/java /usr/local/share/java)
+  if(NOT Java_Development_FOUND OR NOT VANTAGE_LCM_JAR)
+    message(STATUS "No vantage_types.jar, so lcm-spy will not decode our types: needs a JDK (default-jdk-headless) "
+                   "and lcm.jar (liblcm-java)")
+    return()
+  endif()
+  list(TRANSFORM arg_TYPES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/ OUTPUT_VARIABLE files)
+  set(jar ${CMAKE_BINARY_DIR}/share/vantage_types.jar)
+  add_custom_command(
+    OUTPUT ${jar}
+    COMMAND ${CMAKE_COMMAND} -DLCM_GEN=${LCM_GEN} -DJAVAC=${Java_JAVAC_EXECUTABLE} -DJAR=${Java_JAR_EXECUTABLE}
+            -DLCM_JAR=${VANTAGE_LCM_JAR} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/java -DOUT=${jar} "-DTYPES=${files}"
+            -P ${PROJECT_SOURCE_DIR}/cmake/VantageLcmJar.cmake
+    DEPENDS ${files} ${PROJECT_SOURCE_DIR}/cmake/VantageLcmJar.cmake
+    VERBATIM)
+  add_custom_target(${target} ALL DEPENDS ${jar})
+endfunction()

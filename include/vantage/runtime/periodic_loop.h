@@ -1,0 +1,82 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <type_traits>
+
+#include "vantage/math/time.h"
+#include "vantage/runtime/histogram.h"
+
+/// @file
+/// A loop on absolute deadlines: period i begins at start + i * period, however long the ones before
+/// took, so that the rate does not drift.
+
+namespace vantage {
+
+/// How a periodic loop has fared.
+struct LoopReport {
+  std::int64_t cycles{0};  ///< Periods that ran.
+  /// Periods that began late, or were left out, because the one before ended after their deadline.
+  std::int64_t deadline_misses{0};
+  Duration worst_cycle{0};     ///< Longest execution of the body.
+  Duration worst_lateness{0};  ///< Largest delay between a deadline and the begin of its period.
+  Duration last_cycle{0};      ///< Execution of the last body.
+  DurationHistogram execution;
+  DurationHistogram lateness;
+};
+
+/// What the body of a loop can know of its period.
+struct LoopCycle {
+  Time deadline;             ///< When this period was to begin: the loop's own time axis.
+  Time begin;                ///< When it did begin.
+  const LoopReport& report;  ///< Of the periods before this one.
+};
+
+/// Sleeps until `deadline` on the monotonic clock; returns earlier when a signal handler ran.
+/// Real-time safe.
+void SleepUntil(Time deadline) noexcept;
+
+/// Latest of deadline, deadline + period, deadline + 2 period, ... that is not after `now`.
+/// @pre now >= deadline, period > 0.
+[[nodiscard]] Time LatestDeadline(Time deadline, Duration period, Time now) noexcept;
+
+/// Calls body() or body(const LoopCycle&) each period until `stop` is true. After an overrun the
+/// newest period that is due begins at once and the older ones are left out: no burst, and the grid
+/// of deadlines stays.
+///
+/// @param period  > 0.
+/// @param stop    Read before each period; a signal handler may set it.
+/// Real-time safe as far as body is.
+template <typename Body>
+LoopReport RunPeriodic(Duration period, const std::atomic<bool>& stop, Body&& body) {
+  LoopReport report;
+  Time deadline = Clock::now();
+  while (!stop.load(std::memory_order_relaxed)) {
+    const Time begin = Clock::now();
+    if (begin < deadline) {
+      SleepUntil(deadline);
+      continue;
+    }
+    if constexpr (std::is_invocable_v<Body&, const LoopCycle&>) {
+      body(LoopCycle{deadline, begin, report});
+    } else {
+      body();
+    }
+    const Time end = Clock::now();
+
+    ++report.cycles;
+    report.last_cycle = end - begin;
+    report.worst_cycle = std::max(report.worst_cycle, report.last_cycle);
+    report.worst_lateness = std::max<Duration>(report.worst_lateness, begin - deadline);
+    report.execution.Add(report.last_cycle);
+    report.lateness.Add(begin - deadline);
+
+    const Time next = deadline + period;
+    deadline = end > next ? LatestDeadline(next, period, end) : next;
+    if (end > next) report.deadline_misses += 1 + (deadline - next) / period;
+  }
+  return report;
+}
+
+}  // namespace vantage
