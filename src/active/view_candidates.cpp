@@ -144,22 +144,16 @@ std::vector<double> OtherRolls(const CameraRig& rig, const RigVector& q_c) {
   const int axis = HeadOf(rig).roll;
   if (axis < 0 || !IsFree(rig.axes[axis])) return rolls;
   const RigAxis& bounds = rig.axes[axis];
-  for (int eighth = 1; eighth < 8; ++eighth) {
-    // Half a turn shows the same picture upside down, with the same measures: the nearer one of the
-    // two will do, as far as the limits have it.
-    const double up = q_c(axis) + eighth * kTurn / 8.0;
-    const double down = up - kTurn;
-    const double near = eighth <= 4 ? up : down;
-    const double far = eighth <= 4 ? down : up;
-    for (const double roll : {near, far}) {
-      if (roll < bounds.lower || roll > bounds.upper) continue;
-      const bool known = std::any_of(rolls.begin(), rolls.end(), [&](double other) {
-        return std::abs(std::remainder(other - roll, M_PI)) < 1e-9;
-      });
-      const bool same = std::abs(std::remainder(q_c(axis) - roll, M_PI)) < 1e-9;
-      if (!known && !same) rolls.push_back(roll);
-      break;
+  for (int eighth = 1; eighth < 4; ++eighth) {
+    // Half a turn shows the same picture upside down, with the same measures: of all the rolls that
+    // differ by half turns the nearest will do.
+    const double wanted = q_c(axis) + eighth * kTurn / 8.0;
+    double best = bounds.upper + kTurn;
+    for (double roll = wanted - 2.0 * kTurn; roll <= wanted + 2.0 * kTurn; roll += 0.5 * kTurn) {
+      const bool inside = roll >= bounds.lower && roll <= bounds.upper;
+      if (inside && std::abs(roll - q_c(axis)) < std::abs(best - q_c(axis))) best = roll;
     }
+    if (best <= bounds.upper) rolls.push_back(best);
   }
   return rolls;
 }

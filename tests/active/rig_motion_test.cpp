@@ -16,7 +16,8 @@ namespace {
 RigPath RandomPath(const CameraRig& rig, bool straight, std::mt19937* random) {
   const RigVector start = test::RandomRig(rig, random);
   const RigVector end = test::RandomRig(rig, random);
-  return straight ? RigPath::Straight(start, end) : RigPath{start, test::RandomRig(rig, random), end};
+  return straight ? RigPath::Straight(start, end)
+                  : RigPath{start, test::RandomRig(rig, random), end};
 }
 
 // What a motion did, at every step.
@@ -39,8 +40,8 @@ void ExpectWithinBounds(const CameraRig& rig, const Record& record, double dt) {
     for (int a = 0; a < rig.size(); ++a) {
       ASSERT_LE(std::abs(step(a)), rig.axes[a].max_speed * dt * room) << "step " << i;
     }
-    const double moved = (RigPose(rig, q_c).translation() -
-                          RigPose(rig, record.q_c[i - 1]).translation()).norm();
+    const double moved =
+        (RigPose(rig, q_c).translation() - RigPose(rig, record.q_c[i - 1]).translation()).norm();
     ASSERT_LE(moved, rig.max_linear_speed * dt * room) << "step " << i;
     if (i == 1) continue;
     const RigVector change = step - (record.q_c[i - 1] - record.q_c[i - 2]);
@@ -143,7 +144,8 @@ TEST(RigMotion, LinearSpeedBoundIsReached) {
   double fastest = 0.0;
   while (!motion.Done()) {
     motion.Step(0.01, false);
-    fastest = std::max(fastest, (RigJacobian(rig, motion.q_c()) * motion.qdot_c()).head<3>().norm());
+    fastest =
+        std::max(fastest, (RigJacobian(rig, motion.q_c()) * motion.qdot_c()).head<3>().norm());
   }
   EXPECT_LE(fastest, rig.max_linear_speed);
   EXPECT_GT(fastest, 0.95 * rig.max_linear_speed);
