@@ -3,18 +3,19 @@
 #include <deque>
 #include <optional>
 #include <random>
+#include <vector>
 
+#include "sim/grey_noise.h"
 #include "sim/render/renderer.h"
-#include "vantage/active/view.h"
 #include "vantage/camera/camera_pose.h"
 #include "vantage/config/sim_options.h"
 #include "vantage/features/marker.h"
-#include "vantage/robot/joint_state.h"
+#include "vantage/robot/arm_model.h"
 #include "vantage/vision/marker_tracker.h"
 
 namespace vantage::sim {
 
-/// What the camera's driver knows: the nominal models and measured states, never the truth.
+/// What the camera's driver knows: nominal models, never the truth.
 struct CameraKnowledge {
   ArmModel arm;
   CameraModel camera;                  ///< Nominal.
@@ -29,22 +30,23 @@ class CameraDriver {
   CameraDriver(Renderer renderer, CameraKnowledge knowledge, const CameraEffects& effects,
                std::uint64_t seed);
 
+  /// The first image is due at `now`.
+  void Start(Time now) noexcept { next_exposure_ = now; }
+
   /// True when the next image is due at `now`.
   [[nodiscard]] bool Due(Time now) const noexcept { return now >= next_exposure_; }
 
-  /// Takes an image of the true state; the measured one goes into the prediction of the markers.
+  /// Takes an image of the true state. The measured pose and joints go into the markers' prediction.
   void Expose(Time now, const Eigen::Isometry3d& X_WC_true, const SceneState& truth,
               const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured);
 
-  /// The oldest features whose latency has passed, once each.
+  /// The newest features whose latency has passed, once each.
   [[nodiscard]] std::optional<ImageFeatures> Deliver(Time now);
 
-  /// The same view in colour, for people. Call right after Expose() with the same arguments.
-  void RenderColour(const Eigen::Isometry3d& X_WC_true, const SceneState& truth, ColourImage* image);
-
-  /// The last exposed image, effects included.
-  [[nodiscard]] const GreyImage& image() const noexcept { return image_; }
-  [[nodiscard]] const ImageFeatures& last_features() const noexcept { return last_; }
+  /// What became of each marker in the last image: the arm's, then the goal's.
+  [[nodiscard]] const MarkerDetections& detections() const noexcept {
+    return tracker_.detections();
+  }
 
  private:
   struct Pending {
@@ -55,10 +57,11 @@ class CameraDriver {
   Renderer renderer_;
   CameraKnowledge knowledge_;
   CameraEffects effects_;
+  GreyNoise noise_;
   std::mt19937_64 random_;
   MarkerTracker tracker_;
+  std::vector<MarkerPrediction> predictions_;
   GreyImage image_;
-  ImageFeatures last_;
   std::deque<Pending> pending_;
   Time next_exposure_{};
 };

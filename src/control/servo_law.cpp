@@ -4,12 +4,13 @@
 #include <cassert>
 #include <cmath>
 
-#include <Eigen/SVD>
-
 #include "vantage/control/bounded_least_squares.h"
 
 namespace vantage {
 namespace {
+
+// Singular values below this share of the largest are rounding.
+constexpr double kSigmaTolerance = 1e-12;
 
 // Largest speed from which a joint that moves `distance` [m or rad] towards its stop, first for one
 // period at that speed, then braking, comes to rest in time: v period + v²/(2a) = distance.
@@ -63,36 +64,34 @@ double AdaptiveGain(const ServoLawOptions& options, double max_error) noexcept {
 }
 
 ServoLawResult ServoLaw(const ServoLawOptions& options, const FeatureVector& e,
-                        const TaskJacobian& J_c, const FeatureVector& e_rate,
-                        const VelocityBounds& bounds) noexcept {
+                        const TaskJacobian& J_c, const SingularSystem& system,
+                        const FeatureVector& e_rate, const VelocityBounds& bounds) noexcept {
   const int n = static_cast<int>(bounds.lower.size());
   assert(J_c.cols() == n && J_c.rows() == e.size() && e_rate.size() == e.size());
   ServoLawResult result;
   result.qdot = JointVector::Zero(n);
-  if (e.size() == 0 || !e.allFinite() || !J_c.allFinite() || !e_rate.allFinite()) return result;
+  if (system.measure.status != MeasureStatus::kOk || !e.allFinite() || !e_rate.allFinite()) return result;
 
   const double max_error = e.lpNorm<Eigen::Infinity>();
   result.lambda = AdaptiveGain(options, max_error);
   const double rate = std::min(result.lambda, options.max_error_rate / std::max(max_error, 1e-12));
   const FeatureVector target = -rate * e - e_rate;
 
-  const Eigen::JacobiSVD<TaskJacobian> svd(J_c, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const auto& sigma = svd.singularValues();
-  const double sigma_1 = sigma(0);
-  const double sigma_s = sigma(std::min<Eigen::Index>(J_c.rows(), n) - 1);
+  const Measure& measure = system.measure;
+  const double sigma_1 = measure.sigma(0);
   double mu2 = 0.0;
-  if (sigma_s < options.damping_onset && options.damping_onset > 0.0) {
-    const double ratio = sigma_s / options.damping_onset;
+  if (measure.sigma_min < options.damping_onset) {
+    const double ratio = measure.sigma_min / options.damping_onset;
     mu2 = options.damping * options.damping * (1.0 - ratio * ratio);
   }
   result.damping = std::sqrt(mu2);
 
-  const FeatureVector modal = svd.matrixU().transpose() * target;
   JointVector free = JointVector::Zero(n);
-  for (Eigen::Index i = 0; i < sigma.size(); ++i) {
-    // Directions below the rank tolerance carry no information: without damping they are left alone.
-    if (sigma(i) <= 1e-12 * sigma_1) continue;
-    free += svd.matrixV().col(i) * (sigma(i) / (sigma(i) * sigma(i) + mu2) * modal(i));
+  for (int i = 0; i < measure.size(); ++i) {
+    // Directions below the rank tolerance carry no information: they are left alone.
+    const double sigma2 = measure.sigma(i) * measure.sigma(i);
+    if (measure.sigma(i) <= kSigmaTolerance * sigma_1) continue;
+    free += system.directions.col(i) * (system.axes.col(i).dot(target) / (sigma2 + mu2));
   }
   if (!free.allFinite()) return result;
   result.finite = true;

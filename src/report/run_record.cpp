@@ -57,6 +57,23 @@ void WriteBands(const std::vector<RunSample>& samples, std::ofstream* script) {
 
 }  // namespace
 
+RunSample MakeSample(double t, const ServoStatus& status, const ObservabilityReport& observability) {
+  RunSample sample;
+  sample.t = t;
+  sample.state = status.state;
+  sample.reason = status.reason;
+  sample.error_px = status.error_px;
+  sample.w_v = observability.w_v;
+  sample.w_r = observability.w_r;
+  sample.w_c = observability.w_c;
+  sample.sigma_min = observability.composite.sigma_min;
+  sample.trigger_value = observability.trigger_value;
+  sample.threshold = observability.threshold;
+  sample.mm_per_px = observability.mm_per_px;
+  sample.camera_moving = observability.active_state == ActiveState::kMoving;
+  return sample;
+}
+
 void WriteSamples(const std::vector<RunSample>& samples, const std::string& path) {
   std::ofstream file = Open(path);
   file << "t [s],state,reason,error [px],w_v,w_r,w_c,sigma_min_c [px/rad],trigger value,threshold,"

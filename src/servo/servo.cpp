@@ -97,6 +97,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   }
   markers_needed_ = static_cast<int>(std::count(needed_.begin(), needed_.end(), true));
   for (const Vector3d& p_WG : task_.goal.p_WG) goal_.emplace_back(p_WG, task_.goal.prior_sigma);
+  point_jacobians_.resize(count);
   current_.resize(count);
   wanted_.resize(count);
   const int n = task_.view.arm.size();
@@ -224,8 +225,7 @@ HoldReason Servo::PredictRows() noexcept {
   task_.view.features.Evaluate(camera, current_, &current_rows_);
   task_.view.features.Evaluate(camera, wanted_, &goal_rows_);
   KeepCommonRows(&current_rows_, &goal_rows_);
-  const int all_rows = static_cast<int>(task_.view.features.features().size());
-  if (current_rows_.size() < std::min(all_rows, task_.view.arm.size())) {
+  if (current_rows_.size() < RowsNeeded()) {
     return behind ? HoldReason::kPointBehindCamera : HoldReason::kTooFewFeatures;
   }
   return HoldReason::kNone;
@@ -236,40 +236,54 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
       ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
   const TaskJacobian J_c = J_v * kinematics_.J_WE_W;
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
-  if (!J_c.allFinite() || !output_.error.allFinite()) return HoldReason::kNotFinite;
-  output_.status.error_px = std::sqrt(output_.error.squaredNorm() / output_.error.size());
-  ReportMeasures(J_v, J_c);
+  const SingularSystem system = Decompose(J_c);
+  if (system.measure.status != MeasureStatus::kOk || !output_.error.allFinite()) {
+    return HoldReason::kNotFinite;
+  }
+  output_.status.error_px =
+      std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
+  ReportMeasures(J_v, system);
 
   // Flow of the error under the camera's own motion: that of the features less that of their goals.
   const FeatureVector e_rate = (current_rows_.L - goal_rows_.L) * V_WC_C;
   const auto& limits = task_.view.arm.limits();
   const ServoLawResult law =
-      ServoLaw(options_.law, output_.error, J_c, e_rate,
+      ServoLaw(options_.law, output_.error, J_c, system, e_rate,
                ComputeVelocityBounds(limits, q_, qdot_, options_.period));
   if (!law.finite) return HoldReason::kNotFinite;
   Command(now, law.qdot);
   return HoldReason::kNone;
 }
 
-void Servo::ReportMeasures(const FeatureJacobian& J_v, const TaskJacobian& J_c) noexcept {
+void Servo::ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept {
+  const ViewModel& view = task_.view;
+  const ArmJacobian& J_r = kinematics_.J_WE_W;
+  const Measure observability = MeasureOf(J_v);
+  const Measure manipulability = MeasureOf(J_r);
   ObservabilityReport& report = output_.observability;
   report.k = static_cast<int>(J_v.rows());
-  report.n = static_cast<int>(J_c.cols());
-  const Measure view = MeasureOf(J_v);
-  const Measure arm = MeasureOf(kinematics_.J_WE_W);
-  // J_c has rank min(k, 6, n) at most.
-  report.composite = MeasureOf(J_c, 6);
-  report.w_v = view.w;
-  report.w_r = arm.w;
-  report.w_c = report.composite.w;
-  report.sigma_min_v = view.sigma_min;
-  report.sigma_min_r = arm.sigma_min;
-  report.axes = EllipsoidAxes(J_c);
-  report.mm_per_px = 1e3 * WorstHiddenMotion(J_c, kinematics_, task_.view.markers, needed_);
+  report.n = static_cast<int>(J_r.cols());
+  report.composite = system.measure;
+  report.axes = system.axes;
+  report.w_v = observability.w;
+  report.w_r = manipulability.w;
+  report.w_c = system.measure.w;
+  report.sigma_min_v = observability.sigma_min;
+  report.sigma_min_r = manipulability.sigma_min;
+  for (std::size_t i = 0; i < view.markers.size(); ++i) {
+    point_jacobians_[i] = PointJacobianOf(J_r, kinematics_.X_WE.linear() * view.markers[i].p);
+  }
+  report.mm_per_px = WorstMillimetresPerPixel(system, point_jacobians_);
   report.trigger_measure = trigger_.measure;
   report.threshold = trigger_.threshold;
-  report.trigger_value = TriggerValue(trigger_.measure, report.composite);
-  report.cause = report.trigger_value < trigger_.threshold ? DiagnoseLowMeasure(view, arm) : LowCause::kNone;
+  report.trigger_value = TriggerValue(trigger_.measure, system.measure);
+  report.cause = DiagnoseLowMeasure(system, manipulability, J_r, RowsNeeded(),
+                                    report.trigger_value < trigger_.threshold);
+}
+
+int Servo::RowsNeeded() const noexcept {
+  return std::min({static_cast<int>(task_.view.features.features().size()), task_.view.arm.size(),
+                   kTaskDimension});
 }
 
 // Converged: small error for the settling time in a view that certifies it. Stalled: an error that no

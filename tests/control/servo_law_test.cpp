@@ -27,11 +27,14 @@ VelocityBounds Wide(int n) {
   return {JointVector::Constant(n, -1e6), JointVector::Constant(n, 1e6)};
 }
 
+// J_c = J_v J_r: of rank 6 at most, as that of every arm.
 TaskJacobian RandomJacobian(int k, int n, std::mt19937* random) {
-  std::normal_distribution<double> normal(0.0, 300.0);
-  TaskJacobian J(k, n);
-  for (int i = 0; i < J.size(); ++i) J.data()[i] = normal(*random);
-  return J;
+  std::normal_distribution<double> normal(0.0, 1.0);
+  FeatureJacobian J_v(k, 6);
+  ArmJacobian J_r(6, n);
+  for (int i = 0; i < J_v.size(); ++i) J_v.data()[i] = 300.0 * normal(*random);
+  for (int i = 0; i < J_r.size(); ++i) J_r.data()[i] = normal(*random);
+  return J_v * J_r;
 }
 
 FeatureVector RandomError(int k, std::mt19937* random) {
@@ -39,6 +42,11 @@ FeatureVector RandomError(int k, std::mt19937* random) {
   FeatureVector e(k);
   for (int i = 0; i < k; ++i) e(i) = normal(*random);
   return e;
+}
+
+ServoLawResult Law(const ServoLawOptions& options, const FeatureVector& e, const TaskJacobian& J,
+                   const FeatureVector& e_rate, const VelocityBounds& bounds) {
+  return ServoLaw(options, e, J, Decompose(J), e_rate, bounds);
 }
 
 ServoLawOptions Undamped() {
@@ -49,14 +57,14 @@ ServoLawOptions Undamped() {
 }
 
 // The law without limits is -λ J⁺ e: ViSP's pseudo-inverse as the oracle, tall, square and wide.
-TEST(ServoLaw, UnlimitedIsTheePseudoInverse) {
+TEST(ServoLaw, UnlimitedIsThePseudoInverse) {
   std::mt19937 random(1);
   for (const auto& [k, n] : {std::pair{8, 6}, {6, 6}, {2, 2}, {3, 6}, {8, 7}, {4, 7}}) {
     for (int i = 0; i < 50; ++i) {
       const TaskJacobian J = RandomJacobian(k, n, &random);
       const FeatureVector e = RandomError(k, &random);
       const ServoLawOptions options = Undamped();
-      const ServoLawResult result = ServoLaw(options, e, J, FeatureVector::Zero(k), Wide(n));
+      const ServoLawResult result = Law(options, e, J, FeatureVector::Zero(k), Wide(n));
       ASSERT_TRUE(result.finite);
       vpMatrix J_visp(k, n);
       for (int r = 0; r < k; ++r) {
@@ -76,7 +84,7 @@ TEST(ServoLaw, CancelsTheErrorRateTheJointsDoNotCause) {
   std::mt19937 random(2);
   const TaskJacobian J = RandomJacobian(6, 6, &random);
   const FeatureVector rate = RandomError(6, &random);
-  const ServoLawResult result = ServoLaw(Undamped(), FeatureVector::Zero(6), J, rate, Wide(6));
+  const ServoLawResult result = Law(Undamped(), FeatureVector::Zero(6), J, rate, Wide(6));
   EXPECT_TRUE(test::Near(J * result.qdot, -rate, 1e-8));
 }
 
@@ -87,13 +95,13 @@ TEST(ServoLaw, BoundsHoldExactlyAndTheRestDoesItsBest) {
     const TaskJacobian J = RandomJacobian(8, 6, &random);
     const FeatureVector e = RandomError(8, &random);
     const VelocityBounds bounds{JointVector::Constant(6, -0.05), JointVector::Constant(6, 0.05)};
-    const ServoLawResult result = ServoLaw(Undamped(), e, J, FeatureVector::Zero(8), bounds);
+    const ServoLawResult result = Law(Undamped(), e, J, FeatureVector::Zero(8), bounds);
     ASSERT_TRUE(result.finite);
     EXPECT_LE(result.qdot.maxCoeff(), 0.05);
     EXPECT_GE(result.qdot.minCoeff(), -0.05);
     bound += result.bounds_active > 0 ? 1 : 0;
     // No worse than the plain solution clipped afterwards.
-    const ServoLawResult free = ServoLaw(Undamped(), e, J, FeatureVector::Zero(8), Wide(6));
+    const ServoLawResult free = Law(Undamped(), e, J, FeatureVector::Zero(8), Wide(6));
     const JointVector clipped = free.qdot.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
     const FeatureVector target = -free.lambda * e;
     EXPECT_LE((J * result.qdot - target).norm(), (J * clipped - target).norm() * (1 + 1e-9));
@@ -105,7 +113,7 @@ TEST(ServoLaw, DampingStaysFiniteAtASingularity) {
   TaskJacobian J(2, 2);
   J << 300.0, 300.0, 1e-9, -1e-9;
   const FeatureVector e = FeatureVector::Constant(2, 50.0);
-  const ServoLawResult damped = ServoLaw(ServoLawOptions(), e, J, FeatureVector::Zero(2), Wide(2));
+  const ServoLawResult damped = Law(ServoLawOptions(), e, J, FeatureVector::Zero(2), Wide(2));
   ASSERT_TRUE(damped.finite);
   EXPECT_NEAR(damped.damping, ServoLawOptions().damping, 1e-6);
   EXPECT_LT(damped.qdot.norm(), 1.0);
@@ -118,11 +126,11 @@ TEST(ServoLaw, RefusesNaNOneByOne) {
   bad(1) = std::numeric_limits<double>::quiet_NaN();
   TaskJacobian bad_J = J;
   bad_J(0, 1) = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(ServoLaw({}, good, J, good, Wide(2)).finite);
-  EXPECT_FALSE(ServoLaw({}, bad, J, good, Wide(2)).finite);
-  EXPECT_FALSE(ServoLaw({}, good, bad_J, good, Wide(2)).finite);
-  EXPECT_FALSE(ServoLaw({}, good, J, bad, Wide(2)).finite);
-  EXPECT_TRUE(ServoLaw({}, bad, J, good, Wide(2)).qdot.isZero(0.0));
+  EXPECT_TRUE(Law({}, good, J, good, Wide(2)).finite);
+  EXPECT_FALSE(Law({}, bad, J, good, Wide(2)).finite);
+  EXPECT_FALSE(Law({}, good, bad_J, good, Wide(2)).finite);
+  EXPECT_FALSE(Law({}, good, J, bad, Wide(2)).finite);
+  EXPECT_TRUE(Law({}, bad, J, good, Wide(2)).qdot.isZero(0.0));
 }
 
 TEST(ServoLaw, DoesNotAllocate) {
@@ -133,7 +141,7 @@ TEST(ServoLaw, DoesNotAllocate) {
   const FeatureVector rate = FeatureVector::Zero(8);
   const VelocityBounds bounds{JointVector::Constant(6, -0.05), JointVector::Constant(6, 0.05)};
   const test::AllocationGuard guard;
-  const ServoLawResult result = ServoLaw({}, e, J, rate, bounds);
+  const ServoLawResult result = Law({}, e, J, rate, bounds);
   EXPECT_EQ(guard.count(), 0u);
   EXPECT_TRUE(result.finite);
 }

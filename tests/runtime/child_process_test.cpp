@@ -88,7 +88,7 @@ TEST(ChildProcess, ReportsTheSignal) {
 }
 
 TEST(ChildProcess, PollDoesNotWait) {
-  ChildProcess child(Shell("sleep 60"));
+  ChildProcess child(Shell("exec sleep 60"));
   EXPECT_FALSE(child.Poll());
   EXPECT_FALSE(child.WaitFor(milliseconds(5)));
 }

@@ -24,26 +24,30 @@ struct ViewModel {
   ArmModel arm;
   CameraModel camera;
   FeatureSet features;
-  std::vector<Marker> markers;    ///< On the end effector, poses in E; index = point of `features`.
+  std::vector<Marker> markers;  ///< On the end effector, poses in E; index = point of `features`.
 };
+
+/// Throws ConfigError when the features' points and the markers do not correspond, a marker's radius
+/// is not positive or its normal is no unit vector.
+void Validate(const ViewModel& model);
 
 /// Demands on a view.
 struct ViewLimits {
-  double margin{20.0};          ///< Distance of every marker to the image border [px].
-  double min_depth{0.3};        ///< [m].
-  double max_depth{20.0};       ///< [m].
-  double max_incidence{1.3};    ///< Angle between a marker's normal and the ray to it [rad].
+  double margin{20.0};        ///< Distance of every marker to the image border [px].
+  double min_depth{0.3};      ///< [m].
+  double max_depth{20.0};     ///< [m].
+  double max_incidence{1.3};  ///< Angle between a marker's normal and the ray to it [rad].
 };
 
 /// First thing that spoils a view, in the order they are checked.
 enum class ViewFault : int {
   kNone = 0,
-  kBehind,         ///< A marker is behind the camera.
-  kTooNear,        ///< Nearer than min_depth.
-  kTooFar,         ///< Beyond max_depth.
-  kOutOfImage,     ///< Outside the image, margin included.
-  kFacesAway,      ///< Seen from behind or too obliquely.
-  kHidden,         ///< A link of the arm stands before it.
+  kBehind,      ///< A marker is behind the camera.
+  kTooNear,     ///< Nearer than min_depth.
+  kTooFar,      ///< Beyond max_depth.
+  kOutOfImage,  ///< Outside the image, margin included.
+  kFacesAway,   ///< Seen from behind or too obliquely.
+  kHidden,      ///< A link of the arm stands before it.
 };
 
 /// A marker centre with its normal, in the world.
@@ -56,20 +60,38 @@ struct PlacedMarker {
 struct ArmSample {
   JointVector q;
   Kinematics kinematics;
-  std::vector<PlacedMarker> markers;     ///< The end effector's.
+  std::vector<PlacedMarker> markers;      ///< The end effector's.
+  std::vector<PointJacobian> J_marker_W;  ///< Of the markers' centres: no camera is in it.
   std::vector<PlacedCapsule> capsules;
 };
 [[nodiscard]] ArmSample SampleArm(const ViewModel& model, const JointVector& q);
+/// The same into storage that is kept. Real-time safe once *sample was filled for this model.
+void SampleArm(const ViewModel& model, const JointVector& q, ArmSample* sample);
 
-/// The first fault of seeing `marker` from X_WC; occlusion by `capsules` (the marker's own surroundings
-/// excepted: a capsule that the marker's centre lies in or touches hides it only from behind).
+/// The first fault of `marker` seen from X_WC that is not occlusion. Real-time safe.
+[[nodiscard]] ViewFault CheckMarkerUnobstructed(const CameraModel& camera, const ViewLimits& limits,
+                                                const Eigen::Isometry3d& X_WC,
+                                                const PlacedMarker& marker) noexcept;
+
+/// True when a capsule stands between the camera's centre and the marker: the segment from the
+/// marker's centre to the camera comes nearer to the capsule's surface than the marker's ring is wide.
+/// A capsule that the centre lies in or touches carries the marker: it hides the marker only from
+/// behind, which CheckMarkerUnobstructed() finds. Real-time safe.
+[[nodiscard]] bool IsHidden(const Eigen::Vector3d& p_WC, const PlacedMarker& marker,
+                            const std::vector<PlacedCapsule>& capsules) noexcept;
+
+/// The first fault of seeing `marker` from X_WC; occlusion by `capsules` last. Real-time safe.
 [[nodiscard]] ViewFault CheckMarker(const CameraModel& camera, const ViewLimits& limits,
                                     const Eigen::Isometry3d& X_WC, const PlacedMarker& marker,
                                     const std::vector<PlacedCapsule>& capsules) noexcept;
 
 /// Composite Jacobian of all the model's markers at the sample, visible or not, as long as they are in
-/// front of the camera (rows of points behind are left out).
+/// front of the camera (rows of points behind are left out, as are rows without a derivative). Closed
+/// forms, equal to FeatureSet's rows times the arm's Jacobian. Real-time safe.
 [[nodiscard]] TaskJacobian CompositeJacobian(const ViewModel& model, const ArmSample& sample,
-                                             const Eigen::Isometry3d& X_WC);
+                                             const Eigen::Isometry3d& X_WC) noexcept;
+
+/// Name as printed: "NONE", "BEHIND", "OUT_OF_IMAGE", ...
+[[nodiscard]] const char* Name(ViewFault fault) noexcept;
 
 }  // namespace vantage

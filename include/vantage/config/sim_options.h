@@ -16,31 +16,32 @@ namespace vantage {
 
 /// Effects of a real arm.
 struct ArmEffects {
-  double lag{0.02};               ///< Time constant of the velocity loop [s]; 0: none.
-  double encoder_noise{0.0};      ///< Standard deviation of a joint reading [rad or m].
-  double encoder_bias{0.0};       ///< Standard deviation of each joint's constant bias [rad or m].
-  double watchdog{0.1};           ///< The arm brakes when no command came for this long [s]; > 0.
+  double lag{0.02};           ///< Time constant of the velocity loop [s]; 0: none.
+  double encoder_noise{0.0};  ///< Standard deviation of a joint reading [rad or m].
+  double encoder_bias{0.0};   ///< Standard deviation of each joint's constant bias [rad or m].
+  double watchdog{0.1};       ///< The arm brakes when no command came for this long [s]; > 0.
 };
 
 /// Effects of a real camera and its rig.
 struct CameraEffects {
-  double rate{60.0};                  ///< Images [1/s]; > 0.
-  double noise_grey{1.0};             ///< Standard deviation of a pixel [grey levels of 255].
-  int latency_frames{1};              ///< Features arrive this many images after the exposure; >= 0.
-  double drop_rate{0.0};              ///< Share of images that are lost; in [0, 1).
-  double position_error{0.0};         ///< Standard deviation of each axis of the pose's constant error [m].
-  double rotation_error{0.0};         ///< The same of its rotation vector [rad].
-  double focal_error{0.0};            ///< Standard deviation of the true focal length, relative [-].
+  double rate{60.0};       ///< Images [1/s]; > 0.
+  double noise_grey{1.0};  ///< Standard deviation of a pixel [grey levels of 255].
+  int latency_frames{1};   ///< Features arrive this many images after the exposure; >= 0.
+  double drop_rate{0.0};   ///< Share of images that are lost; in [0, 1).
+  double position_error{
+      0.0};  ///< Standard deviation of each axis of the pose's constant error [m].
+  double rotation_error{0.0};  ///< The same of its rotation vector [rad].
+  double focal_error{0.0};     ///< Standard deviation of the true focal length, relative [-].
 };
 
 /// Options of the simulator.
 struct SimOptions {
-  JointVector q_start;                ///< True joints at the start [rad or m].
-  std::vector<Marker> goal_markers;   ///< Markers in the scene, in the world; may be empty.
+  JointVector q_start;               ///< True joints at the start [rad or m].
+  std::vector<Marker> goal_markers;  ///< Markers in the scene, in the world; may be empty.
   ArmEffects arm;
   CameraEffects camera;
-  double step{0.001};                 ///< Of the plants [s]; > 0.
-  std::uint64_t seed{1};              ///< Of every random number.
+  double step{0.001};     ///< Of the plants [s]; > 0.
+  std::uint64_t seed{1};  ///< Of every random number.
 };
 
 }  // namespace vantage

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "vantage/math/sizes.h"
+#include "vantage/observability/measures.h"
 #include "vantage/robot/arm_model.h"
 
 /// @file
@@ -62,12 +63,14 @@ struct ServoLawResult {
 ///
 /// @param e       Image error s - s*, k rows [px].
 /// @param J_c     k×n [px/rad]; n = bounds.lower.size().
+/// @param system  Decompose(J_c): the measures need it anyway.
 /// @param e_rate  ė_ext: the error's rate that the joints do not cause (camera and goal motion) [px/s].
 /// Real-time safe.
 /// @see F. Chaumette, S. Hutchinson, "Visual servo control, Part I", IEEE RAM 13(4), 2006;
 ///   Y. Nakamura, H. Hanafusa, J. Dyn. Sys. Meas. Control 108, 1986 (variable damping).
 [[nodiscard]] ServoLawResult ServoLaw(const ServoLawOptions& options, const FeatureVector& e,
-                                      const TaskJacobian& J_c, const FeatureVector& e_rate,
+                                      const TaskJacobian& J_c, const SingularSystem& system,
+                                      const FeatureVector& e_rate,
                                       const VelocityBounds& bounds) noexcept;
 
 }  // namespace vantage

@@ -61,7 +61,6 @@ struct PointGoalSolution {
 [[nodiscard]] PointGoalSolution SolveForPoints(const ArmModel& arm,
                                                const std::vector<Eigen::Vector3d>& p_EP,
                                                const std::vector<Eigen::Vector3d>& p_WP,
-                                               const JointVector& q_start,
-                                               double tolerance = 1e-6);
+                                               const JointVector& q_start, double tolerance = 1e-6);
 
 }  // namespace vantage

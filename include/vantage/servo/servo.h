@@ -90,7 +90,8 @@ class Servo {
   void UseImage() noexcept;
   [[nodiscard]] HoldReason PredictRows() noexcept;
   [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
-  void ReportMeasures(const FeatureJacobian& J_v, const TaskJacobian& J_c) noexcept;
+  void ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept;
+  [[nodiscard]] int RowsNeeded() const noexcept;
   void JudgeProgress(Time now) noexcept;
   void Command(Time now, const JointVector& qdot) noexcept;
 
@@ -119,6 +120,7 @@ class Servo {
   Kinematics kinematics_;
   PointViews current_, wanted_;
   FeatureRows current_rows_, goal_rows_;
+  std::vector<PointJacobian> point_jacobians_;
 
   // Convergence and stall.
   std::optional<Time> below_since_;   // error below the tolerance

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <vector>
+
+#include "vantage/active/rig_motion.h"
+#include "vantage/active/trigger.h"
+#include "vantage/active/view.h"
+#include "vantage/camera/camera_rig.h"
+#include "vantage/math/sizes.h"
+
+/// @file
+/// Chooses a better view of the motion that is still to come, and a way there (docs/active-camera.md).
+/// A pure function: the same request gives the same plan.
+
+namespace vantage {
+
+struct PlannerOptions {
+  int candidates{192};  ///< Camera positions tried per plan; >= 8.
+  int path_samples{5};  ///< Configurations between now and the goal each one is scored at; 1-16.
+  double travel_cost{0.03};  ///< Cost per metre or radian of camera travel, in units of log w / s.
+  double cap{4.0};           ///< Measures above cap * threshold count as good enough; > 1.
+  double min_gain{0.15};     ///< Relative gain of w_c^(1/s) that a move must promise; >= 0.
+  ViewLimits limits;
+};
+
+/// Throws ConfigError (key "active.planner...") when an option is out of bounds.
+void Validate(const PlannerOptions& options);
+
+/// Most configurations a view is scored at.
+inline constexpr int kMaxPathSamples = 16;
+
+/// What to plan for.
+struct PlanRequest {
+  JointVector q;       ///< Joints now.
+  JointVector q_goal;  ///< Joints the motion is predicted to end at.
+  JointVector q_soon;  ///< Joints shortly, where every marker must be seen too; may be empty.
+  double progress_rate{0.0};  ///< The arm is at q + (1 - exp(-rate t)) (q_goal - q) after t [1/s].
+  std::vector<PlacedMarker>
+      goal_markers;    ///< Markers in the scene that must be seen; may be empty.
+  RigVector q_c;       ///< Where the camera starts from, at rest.
+  RigVector q_c_stay;  ///< The view that a plan must better: q_c, or where the camera is going.
+  bool stay_is_spoiled{false};  ///< Something the model does not know of spoils that view.
+};
+
+/// Outcome of a plan.
+enum class PlanVerdict : int {
+  kMove = 0,       ///< Go along `path`.
+  kNoGain,         ///< No view is better by enough.
+  kNoView,         ///< No view sees every marker even now.
+  kNoPath,         ///< Better views are there, but every way there loses a marker.
+  kRigCannotMove,  ///< Every axis is locked, or there is none.
+};
+
+/// A view's worth along the motion to come.
+struct ViewScore {
+  double score{0.0};  ///< Mean over the samples of log of the measure, see ScoreView().
+  int seen{0};        ///< Samples up to the first at which a marker is not seen.
+  ViewFault fault{ViewFault::kNone};  ///< Why not, there.
+};
+
+struct ViewPlan {
+  PlanVerdict verdict{PlanVerdict::kNoGain};
+  RigPath path;          ///< From the request's q_c to the new view; of kMove alone.
+  double duration{0.0};  ///< Of the move [s].
+  ViewScore stay, move;  ///< The view that is left, and the one chosen.
+  double gain{0.0};      ///< Promised ratio of the measure to that of staying, less 1.
+  int views_scored{0};   ///< Views compared, for the record.
+};
+
+/// The arm's motion to come as the planner samples it: `samples` configurations from q to q_goal, evenly
+/// spaced in the joints, one when the two are equal.
+[[nodiscard]] std::vector<ArmSample> SampleMotion(const ViewModel& model, const JointVector& q,
+                                                  const JointVector& q_goal, int samples);
+
+/// The logarithm of the trigger's measure (of w_c^(1/s) for w_c itself) along `motion` seen from X_WC:
+/// mean over the samples, each bounded from above by the cap and from below by a thousandth of the
+/// threshold. From the first sample on where a marker is not seen it counts as that thousandth. Where
+/// det J_c changes its sign from one sample to the next (k = n), w_c is 0 in between: that stretch
+/// counts as worse by a factor e.
+[[nodiscard]] ViewScore ScoreView(const ViewModel& model, const TriggerOptions& trigger,
+                                  const PlannerOptions& options,
+                                  const std::vector<ArmSample>& motion,
+                                  const std::vector<PlacedMarker>& goal_markers,
+                                  const Eigen::Isometry3d& X_WC);
+
+/// Plans. Takes milliseconds and allocates: not for the control period.
+/// @pre sizes fit the model and the rig; q_c is within the rig's limits.
+[[nodiscard]] ViewPlan PlanView(const ViewModel& model, const CameraRig& rig,
+                                const TriggerOptions& trigger, const PlannerOptions& options,
+                                const PlanRequest& request);
+
+/// Name as printed: "MOVE", "NO_GAIN", ...
+[[nodiscard]] const char* Name(PlanVerdict verdict) noexcept;
+
+}  // namespace vantage

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "vantage/camera/camera_model.h"
+#include "vantage/camera/camera_rig.h"
+#include "vantage/config/section.h"
+#include "vantage/features/feature_set.h"
+#include "vantage/features/marker.h"
+#include "vantage/robot/arm_model.h"
+
+/// @file
+/// From sections of a file to the values of the other modules. Files hold SI units and pixels, but for
+/// keys that end in _deg, _deg_s or _deg_s2. All throw ConfigError with file, line and key.
+
+namespace vantage {
+
+/// Rigid motion under `key`: {position: [x, y, z], rpy_deg: [roll, pitch, yaw]} with
+/// R = Rz(yaw) Ry(pitch) Rx(roll) as URDF has it, or quaternion: [w, x, y, z] instead of rpy_deg.
+/// An absent key is the identity unless `required`.
+[[nodiscard]] Eigen::Isometry3d LoadPose(const Section& parent, const std::string& key,
+                                         bool required, const std::string& help);
+
+/// The pose of a camera: as LoadPose(), required, or {position, look_at: [x, y, z], roll_deg}.
+[[nodiscard]] Eigen::Isometry3d LoadCameraPose(const Section& parent, const std::string& key,
+                                               const std::string& help);
+
+/// An arm, from the root of a robot file or from a mapping within another file.
+[[nodiscard]] ArmModel LoadRobot(const Section& section);
+
+/// The arm of a robot file: see FindConfigText() for `name_or_path` and `folder`.
+[[nodiscard]] ArmModel FindRobot(const std::string& name_or_path, const std::string& folder = "",
+                                 SchemaRecorder* recorder = nullptr);
+
+/// Joint values of `arm` under `key`_deg (all in degrees; arms without prismatic joints only) or under
+/// `key` (rad and m): one of them, within the arm's limits.
+[[nodiscard]] JointVector LoadJoints(const Section& parent, const std::string& key,
+                                     const ArmModel& arm, const std::string& help);
+
+/// Intrinsics.
+[[nodiscard]] CameraModel LoadCamera(const Section& section);
+
+/// A rig and where it starts.
+struct RigSetup {
+  CameraRig rig;
+  RigVector q_c_start;  ///< Within the axes' limits.
+};
+[[nodiscard]] RigSetup LoadRig(const Section& section);
+
+/// The list of markers under `key`, ids unique.
+[[nodiscard]] std::vector<Marker> LoadMarkers(const Section& parent, const std::string& key,
+                                              int min_count, int max_count,
+                                              const std::string& help);
+
+/// The features under `key`, over points numbered 0 to num_points - 1: the word all_points, or a list
+/// of {kind, points}.
+[[nodiscard]] std::vector<Feature> LoadFeatures(const Section& parent, const std::string& key,
+                                                int num_points);
+
+}  // namespace vantage

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "vantage/camera/camera_model.h"
+
+/// @file
+/// Images as plain memory, row by row from the top; pixel (u, v) is at row v, column u.
+
+namespace vantage {
+
+/// A grey image that someone else owns.
+struct GreyView {
+  const std::uint8_t* data{nullptr};
+  int width{0}, height{0};  ///< [px].
+  int stride{0};            ///< Bytes from one row to the next; >= width.
+
+  [[nodiscard]] const std::uint8_t* row(int v) const noexcept {
+    return data + static_cast<std::ptrdiff_t>(v) * stride;
+  }
+  [[nodiscard]] std::uint8_t at(int u, int v) const noexcept { return row(v)[u]; }
+  [[nodiscard]] bool empty() const noexcept { return width <= 0 || height <= 0; }
+};
+
+/// An image of `Channels` interleaved values of type T per pixel, rows packed.
+template <typename T, int Channels>
+struct Image {
+  int width{0}, height{0};  ///< [px].
+  std::vector<T> pixels;    ///< width * height * Channels values.
+
+  /// Changes the size; keeps the memory when it suffices. The content is unspecified afterwards.
+  void Resize(int new_width, int new_height) {
+    width = new_width;
+    height = new_height;
+    pixels.resize(static_cast<std::size_t>(width) * height * Channels);
+  }
+  [[nodiscard]] const T* at(int u, int v) const noexcept {
+    assert(u >= 0 && v >= 0 && u < width && v < height);
+    return pixels.data() + (static_cast<std::size_t>(v) * width + u) * Channels;
+  }
+  [[nodiscard]] T* at(int u, int v) noexcept {
+    return const_cast<T*>(static_cast<const Image&>(*this).at(u, v));
+  }
+};
+
+using GreyImage = Image<std::uint8_t, 1>;    ///< Intensity, 0 to 255.
+using ColourImage = Image<std::uint8_t, 3>;  ///< Red, green, blue.
+using DepthImage = Image<float, 1>;          ///< Depth Z in the camera frame [m].
+using IdImage = Image<std::uint16_t, 1>;     ///< What each pixel shows.
+
+[[nodiscard]] inline GreyView View(const GreyImage& image) noexcept {
+  return {image.pixels.data(), image.width, image.height, image.width};
+}
+
+/// A rectangle of pixels: columns [u, u + width), rows [v, v + height).
+struct PixelWindow {
+  int u{0}, v{0};
+  int width{0}, height{0};
+
+  [[nodiscard]] bool empty() const noexcept { return width <= 0 || height <= 0; }
+  [[nodiscard]] std::int64_t area() const noexcept {
+    return empty() ? 0 : static_cast<std::int64_t>(width) * height;
+  }
+  [[nodiscard]] bool contains(int column, int line) const noexcept {
+    return column >= u && line >= v && column < u + width && line < v + height;
+  }
+};
+
+/// The part of a window inside an image of the given size; empty when there is none.
+[[nodiscard]] PixelWindow Clip(const PixelWindow& window, int width, int height) noexcept;
+
+/// Smallest window that holds both; an empty one adds nothing.
+[[nodiscard]] PixelWindow Hull(const PixelWindow& a, const PixelWindow& b) noexcept;
+
+}  // namespace vantage

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "vantage/math/time.h"
+#include "vantage/vision/marker_detector.h"
+
+namespace vantage {
+
+struct TrackerOptions {
+  DetectorOptions detector;
+  AcquisitionOptions acquisition;
+  double retry_interval{0.1};  ///< Least time between two searches of the whole image [s].
+  double memory{1.0};          ///< How long a lost marker's own offset is worth anything [s].
+};
+
+/// Follows markers from image to image: what the model predicts, corrected by how far it was off in
+/// the image before. While a group's markers are lost, the whole image is searched now and then.
+///
+///   const SearchPlan plan = tracker.Plan(predictions, exposure);   // what of the image is needed
+///   ... take the image ...
+///   tracker.Track(view, predictions, exposure);                    // tracker.detections()
+///
+/// Plan() may be left out where whole images come anyway. Not thread-safe.
+class MarkerTracker {
+ public:
+  MarkerTracker(const CameraModel& camera, const TrackerOptions& options);
+
+  /// What the next Track() will read.
+  struct SearchPlan {
+    bool whole_image{true};
+    std::vector<PixelWindow> windows;  ///< Where whole_image is false.
+  };
+  [[nodiscard]] const SearchPlan& Plan(const std::vector<MarkerPrediction>& predictions,
+                                       Time exposure);
+
+  /// Finds the markers in an image taken at `exposure`. Times must not decrease; after a step back the
+  /// tracker starts anew.
+  const MarkerDetections& Track(const GreyView& image,
+                                const std::vector<MarkerPrediction>& predictions, Time exposure);
+
+  [[nodiscard]] const MarkerDetections& detections() const noexcept { return detections_; }
+
+  /// The last detections as a message's content; stamps and pose are the caller's.
+  void Publish(ImageFeatures* features) const noexcept;
+
+  /// Forgets all offsets.
+  void Reset();
+
+  [[nodiscard]] std::int64_t acquisitions() const noexcept { return acquisitions_; }
+  [[nodiscard]] std::int64_t images() const noexcept { return images_; }
+
+ private:
+  // How far the model is off for one marker.
+  struct Track_ {
+    int id{0};
+    int group{0};
+    bool seen{false};   // In the last image.
+    bool known{false};  // The offset means something.
+    Time last_seen{};
+    Eigen::Vector2d offset{Eigen::Vector2d::Zero()};  // Measured less predicted centroid [px].
+    Eigen::Vector2d rate{Eigen::Vector2d::Zero()};    // [px/s].
+    double area_ratio{1.0};                           // Measured by predicted.
+  };
+
+  void Correct(const std::vector<MarkerPrediction>& predictions, Time exposure);
+  [[nodiscard]] bool WantsWholeImage(Time exposure) const;
+  void Learn(const std::vector<MarkerPrediction>& predictions, Time exposure);
+  Track_* Find(int id);
+
+  CameraModel camera_;
+  TrackerOptions options_;
+  std::vector<Track_> tracks_;
+  std::vector<MarkerPrediction> corrected_;
+  MarkerDetections detections_;
+  SearchPlan plan_;
+  Time last_exposure_{Time::min()};
+  Time last_acquisition_{Time::min()};
+  std::int64_t acquisitions_{0};
+  std::int64_t images_{0};
+};
+
+}  // namespace vantage

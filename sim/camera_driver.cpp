@@ -1,0 +1,67 @@
+#include "sim/camera_driver.h"
+
+#include "vantage/robot/kinematics.h"
+
+namespace vantage::sim {
+namespace {
+
+// The arm's markers share the errors of arm and camera; the goal's those of the camera and the prior.
+constexpr int kToolGroup = 0;
+constexpr int kGoalGroup = 1;
+
+}  // namespace
+
+CameraDriver::CameraDriver(Renderer renderer, CameraKnowledge knowledge,
+                           const CameraEffects& effects, std::uint64_t seed)
+    : renderer_(std::move(renderer)),
+      knowledge_(std::move(knowledge)),
+      effects_(effects),
+      noise_(effects.noise_grey, seed),
+      random_(seed + 1),
+      tracker_(knowledge_.camera, TrackerOptions()) {}
+
+void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const SceneState& truth,
+                          const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured) {
+  const Duration period = FromSeconds(1.0 / effects_.rate);
+  // On the camera's own grid, whatever the steps of the plant are.
+  next_exposure_ += period;
+
+  const Eigen::Isometry3d X_CW = X_WC_measured.inverse();
+  const Eigen::Isometry3d X_CE = X_CW * EndEffectorPose(knowledge_.arm, q_measured);
+  predictions_.clear();
+  for (const Marker& marker : knowledge_.tool_markers) {
+    predictions_.push_back(PredictMarker(knowledge_.camera, X_CE, marker, kToolGroup));
+  }
+  for (const Marker& marker : knowledge_.goal_markers) {
+    predictions_.push_back(PredictMarker(knowledge_.camera, X_CW, marker, kGoalGroup));
+  }
+
+  const MarkerTracker::SearchPlan& plan = tracker_.Plan(predictions_, now);
+  if (plan.whole_image) {
+    renderer_.RenderGrey(X_WC_true, truth, &image_);
+    noise_.Add(&image_);
+  } else {
+    renderer_.RenderGrey(X_WC_true, truth, plan.windows, &image_);
+    noise_.Add(&image_, plan.windows);
+  }
+  tracker_.Track(View(image_), predictions_, now);
+
+  if (std::uniform_real_distribution<double>(0.0, 1.0)(random_) < effects_.drop_rate) return;
+  Pending pending{now + effects_.latency_frames * period, {}};
+  tracker_.Publish(&pending.features);
+  pending.features.exposure = now;
+  pending.features.stamp = pending.due;
+  pending.features.X_WC = X_WC_measured;
+  pending_.push_back(pending);
+}
+
+std::optional<ImageFeatures> CameraDriver::Deliver(Time now) {
+  std::optional<ImageFeatures> newest;
+  while (!pending_.empty() && pending_.front().due <= now) {
+    newest = pending_.front().features;
+    pending_.pop_front();
+  }
+  return newest;
+}
+
+}  // namespace vantage::sim

@@ -1,0 +1,92 @@
+#include "sim/render/marker_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "vantage/vision/disc_image.h"
+
+namespace vantage::sim {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const Vector3d ab = b - a;
+  const double length2 = ab.squaredNorm();
+  const double t = length2 > 0.0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * ab).norm();
+}
+
+}  // namespace
+
+std::optional<MarkerQuad> PlaceMarker(const CameraModel& camera, const Isometry3d& X_CF,
+                                      const Marker& marker) {
+  const Vector3d p_C = X_CF * marker.p;
+  const Vector3d normal_C = X_CF.linear() * marker.normal;
+  const std::optional<DiscImage> ring = ProjectDisc(camera, p_C, normal_C, 2.0 * marker.radius);
+  if (!ring || ring->cos_incidence <= 1e-3) return std::nullopt;
+
+  MarkerQuad quad;
+  quad.depth = ring->depth;
+  quad.cos_incidence = ring->cos_incidence;
+  // A pixel and a half for the edge's own width and for what the second moments of a bent image leave.
+  const Vector2d half = ring->shape.diagonal().cwiseSqrt() + Vector2d::Constant(1.5);
+  if (!(half.maxCoeff() < 1e5) || !(ring->centroid.cwiseAbs().maxCoeff() < 1e6))
+    return std::nullopt;
+  quad.bounds.u = static_cast<int>(std::floor(ring->centroid.x() - half.x()));
+  quad.bounds.v = static_cast<int>(std::floor(ring->centroid.y() - half.y()));
+  quad.bounds.width =
+      static_cast<int>(std::ceil(ring->centroid.x() + half.x())) - quad.bounds.u + 1;
+  quad.bounds.height =
+      static_cast<int>(std::ceil(ring->centroid.y() + half.y())) - quad.bounds.v + 1;
+
+  const PlaneAxes axes = AxesOfPlane(normal_C);
+  Matrix3d from_plane;
+  from_plane << marker.radius * axes.e1, marker.radius * axes.e2, p_C;
+  if (camera.distortion.none()) {
+    quad.reference = ring->centroid.array().round();
+    Matrix3d K = Matrix3d::Identity();
+    K.topLeftCorner<2, 2>() = CalibrationJacobian(camera);
+    K.topRightCorner<2, 1>() = Vector2d(camera.u0, camera.v0) - quad.reference;
+    from_plane = K * from_plane;
+  } else {
+    // A value that single precision holds exactly, as the shader subtracts it.
+    quad.reference = ToNormalised(camera, ring->centroid).cast<float>().cast<double>();
+    Matrix3d shift = Matrix3d::Identity();
+    shift.topRightCorner<2, 1>() = -quad.reference;
+    from_plane = shift * from_plane;
+  }
+  quad.to_plane = from_plane.inverse();
+  quad.to_plane /= quad.to_plane.row(2).cwiseAbs().maxCoeff();
+  quad.inverse_depth = normal_C / normal_C.dot(p_C);
+  return quad;
+}
+
+double MarkerLift(const std::vector<Capsule>& capsules, const SceneState& state,
+                  const Vector3d& p_WM, const Vector3d& p_WC) {
+  const Vector3d to_camera = (p_WC - p_WM).normalized();
+  double lift = 0.0;
+  for (const Capsule& capsule : capsules) {
+    const Isometry3d X_WL = FramePose(state, capsule.link);
+    const Vector3d a = X_WL * capsule.p_LA;
+    const Vector3d b = X_WL * capsule.p_LB;
+    const double touch = 1.001 * capsule.radius;
+    if (DistanceToSegment(p_WM, a, b) > touch) continue;
+    // The capsule is convex: the ray from inside leaves it once. Bisect for where.
+    double inside = 0.0;
+    double outside = (b - a).norm() + 2.1 * touch;
+    for (int i = 0; i < 30; ++i) {
+      const double middle = 0.5 * (inside + outside);
+      (DistanceToSegment(p_WM + middle * to_camera, a, b) <= touch ? inside : outside) = middle;
+    }
+    lift = std::max(lift, outside);
+  }
+  return lift;
+}
+
+}  // namespace vantage::sim

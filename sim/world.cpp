@@ -1,0 +1,121 @@
+#include "sim/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "sim/render/arm_scene.h"
+
+namespace vantage::sim {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+// Streams of random numbers that do not share a seed.
+enum class Stream : std::uint64_t { kArm = 1, kCamera = 2, kCalibration = 3 };
+
+std::uint64_t SeedOf(const SimOptions& options, Stream stream) {
+  return options.seed * 1000003u + static_cast<std::uint64_t>(stream);
+}
+
+// The camera as it truly is: its calibration is a little off.
+CameraModel TrueCamera(const Scenario& scenario) {
+  std::mt19937_64 random(SeedOf(scenario.sim, Stream::kCalibration) + 7u);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  CameraModel camera = scenario.task.view.camera;
+  const double factor = 1.0 + scenario.sim.camera.focal_error * normal(random);
+  camera.fx *= factor;
+  camera.fy *= factor;
+  return camera;
+}
+
+Isometry3d PoseError(const SimOptions& options) {
+  std::mt19937_64 random(SeedOf(options, Stream::kCalibration));
+  std::normal_distribution<double> normal(0.0, 1.0);
+  Twist step;
+  for (int i = 0; i < 6; ++i) {
+    step(i) = normal(random) * (i < 3 ? options.camera.position_error : options.camera.rotation_error);
+  }
+  return Advance(Isometry3d::Identity(), step);
+}
+
+std::vector<Marker> GoalPriors(const Scenario& scenario) {
+  std::vector<Marker> markers = scenario.sim.goal_markers;
+  for (std::size_t i = 0; i < markers.size(); ++i) markers[i].p = scenario.task.goal.p_WG[i];
+  return markers;
+}
+
+CameraDriver MakeCamera(const Scenario& scenario) {
+  const ViewModel& view = scenario.task.view;
+  return {MakeRenderer(scenario),
+          {view.arm, view.camera, view.markers, GoalPriors(scenario)},
+          scenario.sim.camera,
+          SeedOf(scenario.sim, Stream::kCamera)};
+}
+
+}  // namespace
+
+Renderer MakeRenderer(const Scenario& scenario) {
+  const ViewModel& view = scenario.task.view;
+  return {MakeGlContext(GlBackend::kOsmesa), TrueCamera(scenario),
+          MakeArmScene(view.arm, view.markers, scenario.sim.goal_markers)};
+}
+
+World::World(const Scenario& scenario, Time start)
+    : scenario_(scenario),
+      arm_(scenario.task.view.arm, scenario.sim.q_start, scenario.sim.arm,
+           SeedOf(scenario.sim, Stream::kArm)),
+      rig_(scenario.rig, scenario.q_c_start),
+      X_error_(PoseError(scenario.sim)),
+      camera_(MakeCamera(scenario)),
+      now_(start) {
+  camera_.Start(start);
+}
+
+SceneState World::Scene() const {
+  return {ComputeLinkPoses(arm_.arm(), arm_.q()), EndEffectorPose(arm_.arm(), arm_.q())};
+}
+
+Isometry3d World::MeasuredPose() const { return rig_.X_WC() * X_error_; }
+
+CameraPose World::ReadCameraPose() const { return {now_, MeasuredPose()}; }
+
+void World::Advance(Time now) {
+  const Duration step = FromSeconds(scenario_.sim.step);
+  while (now_ + step <= now) {
+    now_ += step;
+    arm_.Step(now_, scenario_.sim.step);
+    rig_.Step(scenario_.sim.step);
+    if (camera_.Due(now_)) {
+      camera_.Expose(now_, rig_.X_WC(), Scene(), MeasuredPose(), arm_.Read(now_).q);
+    }
+  }
+}
+
+void World::SkipTo(Time now) {
+  if (now <= now_) return;
+  now_ = now;
+  camera_.Start(now);
+}
+
+GroundTruth World::truth() const {
+  GroundTruth truth;
+  truth.stamp = now_;
+  truth.q = arm_.q();
+  truth.limit_violations = arm_.violations().total();
+  const std::vector<Vector3d>& goal = scenario_.p_WG_true;
+  const Isometry3d X_WE = EndEffectorPose(arm_.arm(), arm_.q());
+  double sum = 0.0;
+  for (std::size_t i = 0; i < goal.size(); ++i) {
+    const double distance = (X_WE * scenario_.task.view.markers[i].p - goal[i]).norm();
+    truth.worst_error = std::max(truth.worst_error, distance);
+    sum += distance * distance;
+  }
+  truth.rms_error = std::sqrt(sum / static_cast<double>(goal.size()));
+  return truth;
+}
+
+WorldView World::view() const { return {now_, rig_.X_WC(), Scene()}; }
+
+}  // namespace vantage::sim

@@ -1,0 +1,233 @@
+#include "vantage/active/view.h"
+
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "vantage/camera/pinhole.h"
+#include "vantage/features/point_feature.h"
+#include "vantage/math/error.h"
+#include "vantage/math/spatial.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// Rays start this far before a marker's face: a capsule whose skin the face lies on is no obstacle.
+constexpr double kFaceOffset = 1e-3;  // [m]
+// Image points nearer than this have no direction between them [px].
+constexpr double kCoincident = 1e-6;
+
+// A pixel's derivative by the joints.
+using PixelByJoints = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxJoints>;
+using RowByJoints = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxJoints>;
+
+// The model's markers in one image.
+struct ImageOfMarkers {
+  std::array<bool, kMaxPoints> in_front{};
+  std::array<Vector2d, kMaxPoints> pixel;  // undistorted
+  std::array<PixelByJoints, kMaxPoints> J;
+};
+
+double DistanceToAxis(const Vector3d& p, const PlacedCapsule& capsule) noexcept {
+  const Vector3d axis = capsule.p_WB - capsule.p_WA;
+  const double length2 = axis.squaredNorm();
+  const double t = length2 > 0.0 ? (p - capsule.p_WA).dot(axis) / length2 : 0.0;
+  return (p - capsule.p_WA - std::min(1.0, std::max(0.0, t)) * axis).norm();
+}
+
+// Derivative of the angle of the edge i->j. False when its ends coincide in the image.
+bool EdgeAngle(const ImageOfMarkers& image, int i, int j, RowByJoints* row) noexcept {
+  const Vector2d d = image.pixel[j] - image.pixel[i];
+  if (!(d.norm() > kCoincident)) return false;
+  const Vector2d across = Vector2d(-d.y(), d.x()) / d.squaredNorm();
+  *row = across.transpose() * (image.J[j] - image.J[i]);
+  return true;
+}
+
+// Derivative of one feature. False when it has none here.
+bool FeatureRow(const Feature& feature, const ImageOfMarkers& image, RowByJoints* row) noexcept {
+  const std::vector<int>& p = feature.points;
+  for (const int i : p) {
+    if (!image.in_front[i]) return false;
+  }
+  switch (feature.kind) {
+    case FeatureKind::kPointX:
+      *row = image.J[p[0]].row(0);
+      return true;
+    case FeatureKind::kPointY:
+      *row = image.J[p[0]].row(1);
+      return true;
+    case FeatureKind::kDistance: {
+      const Vector2d d = image.pixel[p[1]] - image.pixel[p[0]];
+      if (!(d.norm() > kCoincident)) return false;
+      *row = d.normalized().transpose() * (image.J[p[1]] - image.J[p[0]]);
+      return true;
+    }
+    case FeatureKind::kAngle:
+      return EdgeAngle(image, p[0], p[1], row);
+    case FeatureKind::kEdgeAngle: {
+      RowByJoints from;
+      if (!EdgeAngle(image, p[0], p[1], &from) || !EdgeAngle(image, p[2], p[3], row)) return false;
+      *row -= from;
+      return true;
+    }
+    case FeatureKind::kArea: {
+      row->setZero(image.J[p[0]].cols());
+      const std::size_t count = p.size();
+      for (std::size_t i = 0; i < count; ++i) {
+        const Vector2d side =
+            image.pixel[p[(i + 1) % count]] - image.pixel[p[(i + count - 1) % count]];
+        *row += 0.5 * Vector2d(side.y(), -side.x()).transpose() * image.J[p[i]];
+      }
+      return true;
+    }
+    case FeatureKind::kCentroidX:
+    case FeatureKind::kCentroidY: {
+      const int axis = feature.kind == FeatureKind::kCentroidX ? 0 : 1;
+      row->setZero(image.J[p[0]].cols());
+      for (const int i : p) *row += image.J[i].row(axis);
+      *row /= static_cast<double>(p.size());
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+void Validate(const ViewModel& model) {
+  const auto count = static_cast<int>(model.markers.size());
+  if (count != model.features.num_points()) {
+    throw ConfigError("", "markers",
+                      "must be as many as the features' points, are " + std::to_string(count) +
+                          " for " + std::to_string(model.features.num_points()));
+  }
+  for (const Marker& marker : model.markers) {
+    const std::string key = "markers[" + std::to_string(marker.id) + "]";
+    if (!(marker.radius > 0.0) || !std::isfinite(marker.radius)) {
+      throw ConfigError("", key + ".radius", "must be > 0 m, is " + std::to_string(marker.radius));
+    }
+    if (!(std::abs(marker.normal.norm() - 1.0) < 1e-6)) {
+      throw ConfigError("", key + ".normal", "must be a unit vector");
+    }
+    if (!marker.p.allFinite()) throw ConfigError("", key + ".position", "must be finite");
+  }
+}
+
+ArmSample SampleArm(const ViewModel& model, const JointVector& q) {
+  ArmSample sample;
+  SampleArm(model, q, &sample);
+  return sample;
+}
+
+void SampleArm(const ViewModel& model, const JointVector& q, ArmSample* sample) {
+  assert(q.size() == model.arm.size());
+  sample->q = q;
+  sample->kinematics = ComputeKinematics(model.arm, q);
+  const Isometry3d& X_WE = sample->kinematics.X_WE;
+  const ArmJacobian& J_WE_W = sample->kinematics.J_WE_W;
+  const std::size_t count = model.markers.size();
+  sample->markers.resize(count);
+  sample->J_marker_W.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Marker& marker = model.markers[i];
+    const Vector3d arm_W = X_WE.linear() * marker.p;
+    sample->markers[i] = {X_WE.translation() + arm_W, X_WE.linear() * marker.normal, marker.radius};
+    sample->J_marker_W[i] = PointJacobianOf(J_WE_W, arm_W);
+  }
+  PlaceCapsules(model.arm, q, &sample->capsules);
+}
+
+ViewFault CheckMarkerUnobstructed(const CameraModel& camera, const ViewLimits& limits,
+                                  const Isometry3d& X_WC, const PlacedMarker& marker) noexcept {
+  const Vector3d ray_W = X_WC.translation() - marker.p_W;  // from the marker to the camera
+  const Vector3d p_CP = X_WC.linear().transpose() * -ray_W;
+  const std::optional<ImagePoint> image = Project(p_CP);
+  if (!image) return ViewFault::kBehind;
+  if (image->depth < limits.min_depth) return ViewFault::kTooNear;
+  if (image->depth > limits.max_depth) return ViewFault::kTooFar;
+  if (!InImage(camera, ToPixel(camera, image->n), limits.margin)) return ViewFault::kOutOfImage;
+  if (!(ray_W.dot(marker.normal_W) > std::cos(limits.max_incidence) * ray_W.norm())) {
+    return ViewFault::kFacesAway;
+  }
+  return ViewFault::kNone;
+}
+
+bool IsHidden(const Vector3d& p_WC, const PlacedMarker& marker,
+              const std::vector<PlacedCapsule>& capsules) noexcept {
+  const Vector3d start = marker.p_W + kFaceOffset * marker.normal_W;
+  const double ring = 2.0 * marker.radius;
+  for (const PlacedCapsule& capsule : capsules) {
+    const double distance = DistanceToAxis(marker.p_W, capsule);
+    if (distance <= capsule.radius + kFaceOffset) continue;  // It carries the marker.
+    // Nearer than the ring is wide, the ring's own width would count as an obstacle everywhere.
+    PlacedCapsule body = capsule;
+    body.radius += std::min(ring, std::max(0.0, 0.5 * (distance - capsule.radius)));
+    if (SegmentHitsCapsule(start, p_WC, body)) return true;
+  }
+  return false;
+}
+
+ViewFault CheckMarker(const CameraModel& camera, const ViewLimits& limits, const Isometry3d& X_WC,
+                      const PlacedMarker& marker,
+                      const std::vector<PlacedCapsule>& capsules) noexcept {
+  const ViewFault fault = CheckMarkerUnobstructed(camera, limits, X_WC, marker);
+  if (fault != ViewFault::kNone) return fault;
+  return IsHidden(X_WC.translation(), marker, capsules) ? ViewFault::kHidden : ViewFault::kNone;
+}
+
+TaskJacobian CompositeJacobian(const ViewModel& model, const ArmSample& sample,
+                               const Isometry3d& X_WC) noexcept {
+  assert(sample.markers.size() <= static_cast<std::size_t>(kMaxPoints));
+  const Matrix3d R_CW = X_WC.linear().transpose();
+  const Eigen::Matrix2d K = CalibrationJacobian(model.camera);
+  ImageOfMarkers image;
+  for (std::size_t i = 0; i < sample.markers.size(); ++i) {
+    const std::optional<ImagePoint> point =
+        Project(R_CW * (sample.markers[i].p_W - X_WC.translation()));
+    image.in_front[i] = point.has_value();
+    if (!point) continue;
+    image.pixel[i] = K * point->n;
+    // A point that moves by d is seen as if the camera moved by -d: the translation columns of L.
+    const Eigen::Matrix<double, 2, 3> by_point =
+        -(K * PointInteraction(*point).leftCols<3>()) * R_CW;
+    image.J[i].noalias() = by_point * sample.J_marker_W[i];
+  }
+  const std::vector<Feature>& features = model.features.features();
+  const int n = model.arm.size();
+  TaskJacobian J(static_cast<Eigen::Index>(features.size()), n);
+  Eigen::Index rows = 0;
+  RowByJoints row(n);
+  for (const Feature& feature : features) {
+    if (FeatureRow(feature, image, &row)) J.row(rows++) = row;
+  }
+  J.conservativeResize(rows, n);
+  return J;
+}
+
+const char* Name(ViewFault fault) noexcept {
+  switch (fault) {
+    case ViewFault::kNone:
+      return "NONE";
+    case ViewFault::kBehind:
+      return "BEHIND";
+    case ViewFault::kTooNear:
+      return "TOO_NEAR";
+    case ViewFault::kTooFar:
+      return "TOO_FAR";
+    case ViewFault::kOutOfImage:
+      return "OUT_OF_IMAGE";
+    case ViewFault::kFacesAway:
+      return "FACES_AWAY";
+    case ViewFault::kHidden:
+      return "HIDDEN";
+  }
+  return "?";
+}
+
+}  // namespace vantage

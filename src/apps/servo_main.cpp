@@ -1,0 +1,217 @@
+// vantage-servo SCENARIO: closes the visual servo loop over LCM until SIGINT or SIGTERM.
+//
+// Three threads: control (absolute deadlines), the link's own (receives), and the active camera's. A
+// fourth one only publishes what the control thread has put into a mailbox, so that no system call of
+// the network lies in the control period.
+
+#include <semaphore.h>
+
+#include <atomic>
+#include <iostream>
+#include <thread>
+
+#include "app.h"
+#include "vantage/config/scenario.h"
+#include "vantage/messaging/lcm_link.h"
+#include "vantage/messaging/transport.h"
+#include "vantage/runtime/latest_value.h"
+#include "vantage/runtime/periodic_loop.h"
+#include "vantage/runtime/realtime.h"
+#include "vantage/runtime/signal_stop.h"
+#include "vantage/servo/camera_task.h"
+#include "vantage/servo/servo.h"
+
+namespace vantage {
+namespace {
+
+constexpr Duration kCameraPeriod = std::chrono::milliseconds(20);
+constexpr Duration kReportPeriod = std::chrono::milliseconds(20);
+
+struct Arguments {
+  std::string scenario = kDefaultScenario;
+  std::string camera = "active";
+  std::string prefix;
+  int priority = 80;
+  std::vector<int> cpus;
+};
+
+/// A semaphore that a real-time thread can raise without waiting.
+class Wake {
+ public:
+  Wake() { sem_init(&semaphore_, 0, 0); }
+  ~Wake() { sem_destroy(&semaphore_); }
+  Wake(const Wake&) = delete;
+  Wake& operator=(const Wake&) = delete;
+  void Raise() noexcept { sem_post(&semaphore_); }
+  void Wait() noexcept {
+    while (sem_wait(&semaphore_) != 0) {
+    }
+    // Wakes that piled up are one.
+    while (sem_trywait(&semaphore_) == 0) {
+    }
+  }
+
+ private:
+  sem_t semaphore_{};
+};
+
+/// What the control thread hands to the publisher.
+struct Outbox {
+  JointCommand command;
+  ServoStatus status;
+  ObservabilityReport observability;
+};
+
+class ServoProgram {
+ public:
+  ServoProgram(const Arguments& arguments, const Scenario& scenario)
+      : arguments_(arguments),
+        scenario_(scenario),
+        servo_(scenario.task, scenario.servo, scenario.active.trigger),
+        camera_task_(scenario.task, scenario.rig, scenario.q_c_start, scenario.active),
+        transport_(ChooseTransport(JoiningTransport())),
+        link_({transport_.url, arguments.prefix}) {}
+
+  int Run() {
+    if (!transport_.explanation.empty()) std::cerr << transport_.explanation << '\n';
+    link_.Subscribe<JointState>(kJointStateChannel, [this](const auto& v) { joints_.Publish(v); });
+    link_.Subscribe<CameraPose>(kCameraPoseChannel, [this](const auto& v) { pose_.Publish(v); });
+    link_.Subscribe<ImageFeatures>(kImageFeaturesChannel, [this](const auto& v) { features_.Publish(v); });
+    link_.Start();
+
+    // Threads that do I/O start before the control thread asks for the real-time scheduler.
+    std::thread publisher([this] { PublishLoop(); });
+    std::thread camera([this] { CameraLoop(); });
+    std::thread control([this] { ControlLoop(); });
+    control.join();
+    camera.join();
+    publisher.join();
+
+    std::cerr << "vantage-servo: " << report_.cycles << " periods, " << report_.deadline_misses
+              << " late, longest " << report_.worst_cycle.count() / 1000 << " us, last state "
+              << Name(last_status_.state) << '\n';
+    return kExitOk;
+  }
+
+ private:
+  static TransportOptions JoiningTransport() {
+    TransportOptions options;
+    options.join_existing_hub = true;
+    return options;
+  }
+
+  void ControlLoop() {
+    RealtimeOptions options;
+    options.priority = arguments_.priority;
+    options.cpus = arguments_.cpus;
+    const RealtimeReport granted = EnterRealtime(options);
+    if (!granted.complete()) std::cerr << "vantage-servo: " << granted.message << '\n';
+
+    report_ = RunPeriodic(FromSeconds(scenario_.servo.period), done_, [this](const LoopCycle& cycle) {
+      const Time now = Clock::now();
+      if (joints_.Take(&joint_state_)) servo_.Accept(joint_state_, now);
+      if (pose_.Take(&camera_pose_)) servo_.Accept(camera_pose_, now);
+      if (features_.Take(&image_features_)) servo_.Accept(image_features_, now);
+      if (active_.Take(&active_output_)) servo_.Accept(active_output_);
+      if (stop_.stopped()) servo_.SetEnabled(false);
+
+      const ServoOutput& output = servo_.Step(now);
+      outbox_value_.command = output.command;
+      outbox_value_.observability = output.observability;
+      outbox_value_.status = output.status;
+      outbox_value_.status.loop_time_us = 1e6 * ToSeconds(cycle.report.last_cycle);
+      outbox_value_.status.loop_time_max_us = 1e6 * ToSeconds(cycle.report.worst_cycle);
+      outbox_value_.status.deadline_misses = cycle.report.deadline_misses;
+      outbox_value_.status.dropped_messages = joints_.dropped() + pose_.dropped() + features_.dropped();
+      outbox_.Publish(outbox_value_);
+      snapshot_.Publish(servo_.snapshot());
+      // Told to stop: leaves when the arm has been commanded to rest.
+      if (stop_.stopped() && output.command.qdot.isZero(0.0)) done_ = true;
+      wake_.Raise();
+    });
+    done_ = true;
+    wake_.Raise();
+  }
+
+  void PublishLoop() {
+    Outbox outbox;
+    Time next_report{};
+    while (!done_) {
+      wake_.Wait();
+      if (!outbox_.Take(&outbox)) continue;
+      // An arm that has said nothing yet has no joints to command.
+      if (outbox.status.reason != HoldReason::kNoJointState) {
+        link_.Publish(kJointCommandChannel, outbox.command);
+      }
+      if (outbox.status.stamp < next_report) continue;
+      next_report = outbox.status.stamp + kReportPeriod;
+      PublishReports(&outbox);
+    }
+    PublishReports(&outbox);
+    last_status_ = outbox.status;
+  }
+
+  void PublishReports(Outbox* outbox) {
+    const LinkStats stats = link_.stats();
+    outbox->status.refused_messages += stats.total_refused();
+    outbox->status.dropped_messages += stats.dropped;
+    link_.Publish(kServoStatusChannel, outbox->status);
+    link_.Publish(kObservabilityChannel, outbox->observability);
+  }
+
+  void CameraLoop() {
+    ServoSnapshot snapshot;
+    RunPeriodic(kCameraPeriod, done_, [&] {
+      if (!snapshot_.Take(&snapshot) || !snapshot.valid) return;
+      const ActiveOutput output = camera_task_.Step(snapshot);
+      active_.Publish(output);
+      if (output.state == ActiveState::kDisabled) return;
+      link_.Publish(kCameraPoseCommandChannel, CameraPose{Clock::now(), output.X_WC});
+    });
+  }
+
+  Arguments arguments_;
+  Scenario scenario_;
+  SignalStop stop_;
+  Servo servo_;
+  CameraTask camera_task_;
+  Transport transport_;
+  LcmLink link_;
+  std::atomic<bool> done_{false};
+  Wake wake_;
+  LoopReport report_;
+  ServoStatus last_status_;
+
+  // Mailboxes, and what the control thread has taken out of them.
+  LatestValue<JointState> joints_;
+  LatestValue<CameraPose> pose_;
+  LatestValue<ImageFeatures> features_;
+  LatestValue<ActiveOutput> active_;
+  LatestValue<Outbox> outbox_;
+  LatestValue<ServoSnapshot> snapshot_;
+  JointState joint_state_;
+  CameraPose camera_pose_;
+  ImageFeatures image_features_;
+  ActiveOutput active_output_;
+  Outbox outbox_value_;
+};
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  vantage::Arguments arguments;
+  CLI::App app("Image-based visual servo over LCM, with live observability and an active camera", "vantage-servo");
+  app.add_option("scenario", arguments.scenario, "Built-in scenario or a YAML file")->capture_default_str();
+  app.add_option("--camera", arguments.camera, "active: moves to better views; fixed: stays")
+      ->check(CLI::IsMember({"active", "fixed"}))->capture_default_str();
+  app.add_option("--prefix", arguments.prefix, "Before every channel name");
+  app.add_option("--priority", arguments.priority, "SCHED_FIFO priority of the control thread; 0: none")
+      ->check(CLI::Range(0, 99))->capture_default_str();
+  app.add_option("--cpus", arguments.cpus, "Cores of the control thread")->delimiter(',');
+  return vantage::RunApp(&app, argc, argv, [&] {
+    vantage::Scenario scenario = vantage::LoadScenario(arguments.scenario);
+    if (arguments.camera == "fixed") scenario.active.enabled = false;
+    return vantage::ServoProgram(arguments, scenario).Run();
+  });
+}

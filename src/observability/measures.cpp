@@ -1,0 +1,338 @@
+#include "vantage/observability/measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+#include "singular_values.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kPi = 3.14159265358979323846;
+
+// Entries outside these bounds are scaled, so that their squares neither overflow nor vanish.
+constexpr double kLargest = 1e120;
+constexpr double kSmallest = 1e-120;
+
+Measure Failed(MeasureStatus status) noexcept {
+  Measure measure;
+  measure.status = status;
+  measure.sigma.resize(0);
+  measure.log_w = -kInfinity;
+  measure.condition = kInfinity;
+  return measure;
+}
+
+MeasureStatus Check(const JacobianRef& J) noexcept {
+  const Eigen::Index least = std::min(J.rows(), J.cols());
+  if (least == 0) return MeasureStatus::kEmpty;
+  if (std::max(J.rows(), J.cols()) > kMaxRows || least > kMaxJoints)
+    return MeasureStatus::kTooLarge;
+  return J.allFinite() ? MeasureStatus::kOk : MeasureStatus::kNotFinite;
+}
+
+// Copies J, or its transpose where J is wide, times a power of two that brings it into bounds. Returns
+// that factor's inverse.
+double Load(const JacobianRef& J, TallMatrix* A) noexcept {
+  const double largest = J.cwiseAbs().maxCoeff();
+  double factor = 1.0;
+  if (largest > kLargest || (largest < kSmallest && largest > 0.0)) {
+    factor = std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1020, 1020));
+  }
+  const auto rows = static_cast<int>(J.rows());
+  const auto columns = static_cast<int>(J.cols());
+  const bool tall = rows >= columns;
+  A->rows = tall ? rows : columns;
+  A->columns = tall ? columns : rows;
+  for (int j = 0; j < A->columns; ++j) {
+    for (int i = 0; i < A->rows; ++i) {
+      A->column[j][i] = factor * (tall ? J.coeff(i, j) : J.coeff(j, i));
+    }
+  }
+  return 1.0 / factor;
+}
+
+void Fill(const RightSystem& system, double scale, int s, Measure* measure) noexcept {
+  measure->status = MeasureStatus::kOk;
+  measure->sigma.resize(s);
+  double w = 1.0;
+  int rank = 0;
+  const double least = kRankTolerance * system.sigma[0];
+  for (int i = 0; i < s; ++i) {
+    const double sigma = system.sigma[i];
+    measure->sigma(i) = scale * sigma;
+    w *= scale * sigma;
+    if (sigma > least) ++rank;
+  }
+  measure->w = w;
+  // One logarithm where the product kept its digits, s of them where it left the range of doubles.
+  if (w > 1e-290 && w < 1e290) {
+    measure->log_w = std::log(w);
+  } else {
+    measure->log_w = 0.0;
+    for (int i = 0; i < s; ++i) measure->log_w += std::log(measure->sigma(i));
+  }
+  measure->sigma_min = measure->sigma(s - 1);
+  measure->condition =
+      measure->sigma_min > 0.0 ? measure->sigma(0) / measure->sigma_min : kInfinity;
+  measure->rank = rank;
+}
+
+// Writes to column i of V a unit vector orthogonal to the columns before it.
+void CompleteBasis(TaskJacobian* V, int i) noexcept {
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows, 1>;
+  const auto before = V->leftCols(i);
+  // The unit vector that has the least share in the span of the others.
+  Eigen::Index axis = 0;
+  before.rowwise().squaredNorm().minCoeff(&axis);
+  Vector v = Vector::Unit(V->rows(), axis);
+  for (int pass = 0; pass < 2; ++pass) {  // twice is enough for orthogonality to rounding
+    for (int j = 0; j < i; ++j) v -= before.col(j).dot(v) * before.col(j);
+    v.normalize();
+  }
+  V->col(i) = v;
+}
+
+double Square(double x) noexcept {
+  return x * x;
+}
+
+}  // namespace
+
+double Measure::geometric_mean() const noexcept {
+  return size() == 0 ? 0.0 : std::exp(log_w / size());
+}
+
+double Measure::inverse_condition() const noexcept {
+  return sigma_min > 0.0 ? sigma_min / sigma(0) : 0.0;
+}
+
+double Measure::inverse_trace() const noexcept {
+  double trace = 0.0;
+  for (int i = 0; i < size(); ++i) {
+    const double inverse = 1.0 / sigma(i);
+    trace += inverse * inverse;
+  }
+  return trace;
+}
+
+Measure MeasureOf(const JacobianRef& J, int task_dimension) noexcept {
+  const MeasureStatus status = Check(J);
+  if (status != MeasureStatus::kOk) return Failed(status);
+  if (task_dimension < 1) return Failed(MeasureStatus::kEmpty);
+  TallMatrix A;
+  RightSystem system;
+  const double scale = Load(J, &A);
+  const int s = std::min(A.columns, task_dimension);
+  SolveRightSystem(&A, &system);
+  Measure measure;
+  Fill(system, scale, s, &measure);
+  return measure;
+}
+
+SingularSystem Decompose(const JacobianRef& J, int task_dimension) noexcept {
+  SingularSystem result;
+  result.axes.resize(0, 0);
+  result.directions.resize(0, 0);
+  const MeasureStatus status = task_dimension < 1 ? MeasureStatus::kEmpty : Check(J);
+  if (status != MeasureStatus::kOk) {
+    result.measure = Failed(status);
+    return result;
+  }
+  TallMatrix A;
+  RightSystem system;
+  const double scale = Load(J, &A);
+  const int columns = A.columns;
+  const int s = std::min(columns, task_dimension);
+  SolveRightSystem(&A, &system);
+  Fill(system, scale, s, &result.measure);
+
+  const bool tall = J.rows() >= J.cols();
+  const double zero = kRankTolerance * result.measure.sigma(0);
+  result.axes.resize(J.rows(), s);
+  result.directions.resize(J.cols(), s);
+  for (int i = 0; i < s; ++i) {
+    const Eigen::Map<const Eigen::VectorXd> vector(system.vector[i], columns);
+    const double sigma = result.measure.sigma(i);
+    if (tall) {
+      if (sigma > 0.0) {
+        result.directions.col(i) = vector;
+      } else {
+        CompleteBasis(&result.directions, i);
+      }
+      result.axes.col(i).noalias() = J.lazyProduct(result.directions.col(i));
+    } else {
+      result.axes.col(i) = sigma * vector;
+      if (sigma > zero) {
+        result.directions.col(i).noalias() = J.transpose().lazyProduct(vector);
+        result.directions.col(i) /= sigma;
+      } else {
+        CompleteBasis(&result.directions, i);
+      }
+    }
+  }
+  return result;
+}
+
+PseudoInverseMatrix PseudoInverse(const SingularSystem& system) noexcept {
+  const auto rows = system.axes.rows();
+  const auto columns = system.directions.rows();
+  PseudoInverseMatrix inverse = PseudoInverseMatrix::Zero(columns, rows);
+  for (int i = 0; i < system.measure.rank; ++i) {
+    // v_i u_iᵀ / σ_i, with axes = σ_i u_i
+    const double factor = 1.0 / Square(system.measure.sigma(i));
+    inverse.noalias() +=
+        (factor * system.directions.col(i)).lazyProduct(system.axes.col(i).transpose());
+  }
+  return inverse;
+}
+
+PseudoInverseMatrix EllipsoidMatrix(const SingularSystem& system) noexcept {
+  const auto rows = system.axes.rows();
+  PseudoInverseMatrix E = PseudoInverseMatrix::Zero(rows, rows);
+  for (int i = 0; i < system.measure.rank; ++i) {
+    const double factor = 1.0 / Square(Square(system.measure.sigma(i)));
+    E.noalias() += (factor * system.axes.col(i)).lazyProduct(system.axes.col(i).transpose());
+  }
+  return E;
+}
+
+double EllipsoidVolume(const Measure& measure) noexcept {
+  if (measure.size() == 0) return 0.0;
+  const double half = 0.5 * measure.size();
+  return std::pow(kPi, half) / std::tgamma(half + 1.0) * measure.w;
+}
+
+ErrorBounds BoundErrors(const Measure& measure, int rows, int columns) noexcept {
+  ErrorBounds bounds;
+  bounds.lower_needs_range = rows > columns;
+  bounds.upper_needs_minimum_norm = rows < columns;
+  const bool moves = measure.size() > 0 && measure.sigma(0) > 0.0;
+  bounds.lower = moves ? 1.0 / measure.sigma(0) : kInfinity;
+  bounds.upper = moves && measure.rank == measure.size() ? 1.0 / measure.sigma_min : kInfinity;
+  return bounds;
+}
+
+Coupling CouplingOf(const Measure& view, const Measure& arm, const Measure& composite) noexcept {
+  Coupling coupling;
+  if (!(composite.w > 0.0)) return coupling;
+  if (view.w > 0.0 && arm.w > 0.0) {
+    coupling.ratio = std::exp(composite.log_w - view.log_w - arm.log_w);
+  }
+  const int s = composite.size();
+  if (s > view.size() || s > arm.size()) return coupling;
+  double log_bound = 0.0;
+  for (int i = 0; i < s; ++i) log_bound += std::log(view.sigma(i)) + std::log(arm.sigma(i));
+  if (log_bound > -kInfinity) coupling.horn = std::min(1.0, std::exp(composite.log_w - log_bound));
+  return coupling;
+}
+
+bool Whiten(const JacobianRef& covariance, TaskJacobian* J) noexcept {
+  if (covariance.rows() != J->rows() || covariance.cols() != J->rows() ||
+      covariance.rows() > kMaxRows || !covariance.allFinite()) {
+    return false;
+  }
+  using Bounded =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxRows>;
+  const Eigen::LLT<Bounded> factor(covariance);
+  if (factor.info() != Eigen::Success) return false;
+  factor.matrixL().solveInPlace(*J);
+  return true;
+}
+
+double CharacteristicLength(const ArmJacobian& J_r) noexcept {
+  const double translation = J_r.topRows<3>().norm();
+  const double rotation = J_r.bottomRows<3>().norm();
+  const double length = translation / rotation;
+  return length > 0.0 && length < kInfinity ? length : 1.0;
+}
+
+ArmJacobian ScaleTwistOfArm(const ArmJacobian& J_r, double length) noexcept {
+  ArmJacobian scaled = J_r;
+  scaled.bottomRows<3>() *= length;
+  return scaled;
+}
+
+FeatureJacobian ScaleTwistOfImage(const FeatureJacobian& J_v, double length) noexcept {
+  FeatureJacobian scaled = J_v;
+  scaled.rightCols<3>() /= length;
+  return scaled;
+}
+
+TaskJacobian ScaleJoints(const TaskJacobian& J, const JointVector& scale) noexcept {
+  return J * scale.asDiagonal();
+}
+
+LowCause DiagnoseLowMeasure(const SingularSystem& composite, const Measure& arm,
+                            const ArmJacobian& J_r, int rows_needed, bool low,
+                            const DiagnosisOptions& options) noexcept {
+  const Measure& seen = composite.measure;
+  if (seen.size() == 0 || composite.axes.rows() < rows_needed) return LowCause::kFeatures;
+  if (!low) return LowCause::kNone;
+  // An arm that has lost a direction loses it in the product, unless the features ask for less.
+  if (arm.rank < arm.size() && seen.size() >= arm.size()) return LowCause::kArm;
+
+  const double length = options.length > 0.0 ? options.length : CharacteristicLength(J_r);
+  const Eigen::Matrix<double, 6, 1> motion =
+      J_r.lazyProduct(composite.directions.col(seen.size() - 1));
+  const double moved = std::hypot(motion.head<3>().norm(), length * motion.tail<3>().norm());
+  const double usual = std::hypot(J_r.topRows<3>().norm(), length * J_r.bottomRows<3>().norm()) /
+                       std::sqrt(static_cast<double>(
+                           std::max<Eigen::Index>(1, std::min<Eigen::Index>(6, J_r.cols()))));
+  return moved < options.arm_share * usual ? LowCause::kArm : LowCause::kView;
+}
+
+PointJacobian PointJacobianOf(const ArmJacobian& J_r, const Eigen::Vector3d& p_EP_W) noexcept {
+  PointJacobian A(3, J_r.cols());
+  for (Eigen::Index j = 0; j < J_r.cols(); ++j) {
+    A.col(j) = J_r.col(j).head<3>() + J_r.col(j).tail<3>().cross(p_EP_W);
+  }
+  return A;
+}
+
+namespace {
+
+// Largest eigenvalue of a symmetric 3×3 matrix, by the cosine form of the cubic's roots.
+double LargestEigenvalue(const Eigen::Matrix3d& S) noexcept {
+  const double mean = S.trace() / 3.0;
+  const Eigen::Matrix3d D = S - mean * Eigen::Matrix3d::Identity();
+  const double spread = std::sqrt(D.squaredNorm() / 6.0);
+  if (!(spread > 0.0)) return mean;
+  const Eigen::Matrix3d N = D / spread;
+  const double half_det = 0.5 * N.col(0).dot(N.col(1).cross(N.col(2)));
+  return mean + 2.0 * spread * std::cos(std::acos(std::clamp(half_det, -1.0, 1.0)) / 3.0);
+}
+
+}  // namespace
+
+double WorstMillimetresPerPixel(const SingularSystem& composite,
+                                const std::vector<PointJacobian>& points) noexcept {
+  const Measure& seen = composite.measure;
+  if (seen.size() == 0) return points.empty() ? 0.0 : kInfinity;
+  const int rank = seen.rank;
+  // What is left of a column after its share in the seen motions, to rounding.
+  constexpr double kUnseen = 1e-14;
+  double worst = 0.0;
+  for (const PointJacobian& A : points) {
+    // B = A V Σ^-1: motion of the point by one pixel along each axis.
+    Eigen::Matrix3d BBt = Eigen::Matrix3d::Zero();
+    double share = 0.0;
+    for (int i = 0; i < rank; ++i) {
+      const Eigen::Vector3d moved = A.lazyProduct(composite.directions.col(i));
+      share += moved.squaredNorm();
+      const Eigen::Vector3d b = moved / seen.sigma(i);
+      BBt.noalias() += b * b.transpose();
+    }
+    const double all = A.squaredNorm();
+    if (rank < A.cols() && all - share > kUnseen * all) return kInfinity;
+    worst = std::max(worst, LargestEigenvalue(BBt));
+  }
+  return 1e3 * std::sqrt(worst);
+}
+
+}  // namespace vantage

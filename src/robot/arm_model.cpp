@@ -1,0 +1,250 @@
+#include "vantage/robot/arm_model.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "arm_data.h"
+#include "vantage/math/error.h"
+
+namespace vantage {
+namespace {
+
+std::string Element(const char* list, std::size_t index) {
+  return std::string(list) + "[" + std::to_string(index) + "]";
+}
+
+void RequireJointCount(std::size_t count) {
+  if (count < 1 || count > kMaxJoints) {
+    throw ConfigError(
+        "", "joints",
+        "must be 1 to " + std::to_string(kMaxJoints) + ", are " + std::to_string(count));
+  }
+}
+
+void RequirePose(const Eigen::Isometry3d& X, const std::string& key) {
+  if (!IsPose(X)) throw ConfigError("", key, "must be a finite rigid motion");
+}
+
+void RequireLimits(const std::vector<JointLimits>& limits, std::size_t joints) {
+  if (limits.size() != joints) {
+    throw ConfigError("", "limits",
+                      "must be given for each of " + std::to_string(joints) + " joints, are " +
+                          std::to_string(limits.size()));
+  }
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    const JointLimits& limit = limits[i];
+    std::ostringstream reason;
+    if (!std::isfinite(limit.lower) || !std::isfinite(limit.upper) ||
+        !(limit.upper > limit.lower)) {
+      reason << "range must be finite with upper > lower, is [" << limit.lower << ", "
+             << limit.upper << "]";
+    } else if (!std::isfinite(limit.velocity) || !(limit.velocity > 0.0)) {
+      reason << "velocity must be finite and > 0, is " << limit.velocity;
+    } else if (!std::isfinite(limit.acceleration) || !(limit.acceleration > 0.0)) {
+      reason << "acceleration must be finite and > 0, is " << limit.acceleration;
+    } else {
+      continue;
+    }
+    throw ConfigError("", Element("limits", i), reason.str());
+  }
+}
+
+void RequireCapsules(const std::vector<Capsule>& capsules, std::size_t joints) {
+  for (std::size_t i = 0; i < capsules.size(); ++i) {
+    const Capsule& capsule = capsules[i];
+    const std::string key = Element("capsules", i);
+    if (capsule.link < -1 || capsule.link >= static_cast<int>(joints)) {
+      throw ConfigError("", key,
+                        "link must be -1 (base) to " + std::to_string(joints - 1) + ", is " +
+                            std::to_string(capsule.link));
+    }
+    if (!capsule.p_LA.allFinite() || !capsule.p_LB.allFinite()) {
+      throw ConfigError("", key, "ends must be finite");
+    }
+    if (!std::isfinite(capsule.radius) || !(capsule.radius > 0.0)) {
+      std::ostringstream reason;
+      reason << "radius must be finite and > 0, is " << capsule.radius;
+      throw ConfigError("", key, reason.str());
+    }
+  }
+}
+
+std::vector<std::string> NamesOrDefaults(std::vector<std::string> names, std::size_t joints) {
+  if (names.empty()) {
+    for (std::size_t i = 0; i < joints; ++i) names.push_back("joint" + std::to_string(i + 1));
+  }
+  if (names.size() != joints) {
+    throw ConfigError("", "joint_names",
+                      "must be given for each of " + std::to_string(joints) + " joints, are " +
+                          std::to_string(names.size()));
+  }
+  std::set<std::string> seen;
+  for (const std::string& name : names) {
+    if (name.empty()) throw ConfigError("", "joint_names", "must not be empty");
+    if (!seen.insert(name).second) {
+      throw ConfigError("", "joint_names", "'" + name + "' names two joints");
+    }
+  }
+  return names;
+}
+
+// Exactly: KDL's own operator== takes frames within 1e-6 for equal.
+bool IsIdentity(const KDL::Frame& X) {
+  return FromKdl(X).matrix() == Eigen::Isometry3d::Identity().matrix();
+}
+
+ArmJoint MakeJoint(JointKind kind, const KDL::Frame& X_before, const KDL::Frame& X_after) {
+  const auto type = kind == JointKind::kRevolute ? KDL::Joint::RotZ : KDL::Joint::TransZ;
+  ArmJoint joint;
+  joint.has_before = !IsIdentity(X_before);
+  joint.X_before = X_before;
+  joint.segment = KDL::Segment(KDL::Joint(type), X_after);
+  return joint;
+}
+
+ArmJoint DhJoint(DhConvention convention, const DhRow& row) {
+  const bool revolute = row.kind == JointKind::kRevolute;
+  const double theta = revolute ? row.offset : row.theta;
+  const double d = revolute ? row.d : row.offset;
+  if (convention == DhConvention::kStandard) {
+    return MakeJoint(row.kind, KDL::Frame::Identity(), KDL::Frame::DH(row.a, row.alpha, d, theta));
+  }
+  return MakeJoint(row.kind, KDL::Frame::DH_Craig1989(row.a, row.alpha, 0.0, 0.0),
+                   KDL::Frame::DH_Craig1989(0.0, 0.0, d, theta));
+}
+
+bool IsFinite(const DhRow& row) {
+  return std::isfinite(row.theta) && std::isfinite(row.d) && std::isfinite(row.a) &&
+         std::isfinite(row.alpha) && std::isfinite(row.offset);
+}
+
+// Everything but joints and kinds, checked.
+std::shared_ptr<ArmModel::Data> CommonData(std::string name, std::size_t joints,
+                                           std::vector<JointLimits> limits,
+                                           const Eigen::Isometry3d& X_WBase,
+                                           const Eigen::Isometry3d& X_LastE,
+                                           std::vector<Capsule> capsules,
+                                           std::vector<std::string> joint_names) {
+  RequireJointCount(joints);
+  RequireLimits(limits, joints);
+  RequirePose(X_WBase, "base");
+  RequirePose(X_LastE, "tool");
+  RequireCapsules(capsules, joints);
+  auto data = std::make_shared<ArmModel::Data>();
+  data->name = std::move(name);
+  data->joint_names = NamesOrDefaults(std::move(joint_names), joints);
+  data->limits = std::move(limits);
+  data->capsules = std::move(capsules);
+  data->X_WBase = X_WBase;
+  data->X_LastE = X_LastE;
+  data->base = ToKdl(X_WBase);
+  data->tool = ToKdl(X_LastE);
+  return data;
+}
+
+}  // namespace
+
+ArmModel::ArmModel(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
+
+ArmModel::ArmModel(std::string name, DhConvention convention, const std::vector<DhRow>& rows,
+                   std::vector<JointLimits> limits, const Eigen::Isometry3d& X_WBase,
+                   const Eigen::Isometry3d& X_LastE, std::vector<Capsule> capsules,
+                   std::vector<std::string> joint_names) {
+  auto data = CommonData(std::move(name), rows.size(), std::move(limits), X_WBase, X_LastE,
+                         std::move(capsules), std::move(joint_names));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!IsFinite(rows[i])) throw ConfigError("", Element("joints", i), "must be finite");
+    data->joint_kinds.push_back(rows[i].kind);
+    data->joints.push_back(DhJoint(convention, rows[i]));
+  }
+  data_ = std::move(data);
+}
+
+ArmModel::ArmModel(std::string name, const std::vector<JointTransform>& joints,
+                   std::vector<JointLimits> limits, const Eigen::Isometry3d& X_WBase,
+                   const Eigen::Isometry3d& X_LastE, std::vector<Capsule> capsules,
+                   std::vector<std::string> joint_names) {
+  auto data = CommonData(std::move(name), joints.size(), std::move(limits), X_WBase, X_LastE,
+                         std::move(capsules), std::move(joint_names));
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    RequirePose(joints[i].X_before, Element("joints", i));
+    RequirePose(joints[i].X_after, Element("joints", i));
+    data->joint_kinds.push_back(joints[i].kind);
+    data->joints.push_back(
+        MakeJoint(joints[i].kind, ToKdl(joints[i].X_before), ToKdl(joints[i].X_after)));
+  }
+  data_ = std::move(data);
+}
+
+const std::string& ArmModel::name() const noexcept {
+  return data_->name;
+}
+int ArmModel::size() const noexcept {
+  return data_->size();
+}
+const std::vector<std::string>& ArmModel::joint_names() const noexcept {
+  return data_->joint_names;
+}
+const std::vector<JointKind>& ArmModel::joint_kinds() const noexcept {
+  return data_->joint_kinds;
+}
+const std::vector<JointLimits>& ArmModel::limits() const noexcept {
+  return data_->limits;
+}
+const std::vector<Capsule>& ArmModel::capsules() const noexcept {
+  return data_->capsules;
+}
+const Eigen::Isometry3d& ArmModel::X_WBase() const noexcept {
+  return data_->X_WBase;
+}
+const Eigen::Isometry3d& ArmModel::X_LastE() const noexcept {
+  return data_->X_LastE;
+}
+
+ArmModel ArmModel::WithLimits(std::vector<JointLimits> limits) const {
+  RequireLimits(limits, data_->joints.size());
+  auto data = std::make_shared<Data>(*data_);
+  data->limits = std::move(limits);
+  return ArmModel(std::move(data));
+}
+
+ArmModel ArmModel::WithTool(const Eigen::Isometry3d& X_LastE) const {
+  RequirePose(X_LastE, "tool");
+  auto data = std::make_shared<Data>(*data_);
+  data->X_LastE = X_LastE;
+  data->tool = ToKdl(X_LastE);
+  return ArmModel(std::move(data));
+}
+
+ArmModel ArmModel::WithBase(const Eigen::Isometry3d& X_WBase) const {
+  RequirePose(X_WBase, "base");
+  auto data = std::make_shared<Data>(*data_);
+  data->X_WBase = X_WBase;
+  data->base = ToKdl(X_WBase);
+  return ArmModel(std::move(data));
+}
+
+bool WithinLimits(const ArmModel& arm, const JointVector& q) noexcept {
+  assert(q.size() == arm.size());
+  const std::vector<JointLimits>& limits = arm.limits();
+  for (int i = 0; i < arm.size(); ++i) {
+    if (!(q(i) >= limits[i].lower && q(i) <= limits[i].upper)) return false;
+  }
+  return true;
+}
+
+JointVector ClampToLimits(const ArmModel& arm, const JointVector& q) noexcept {
+  assert(q.size() == arm.size());
+  const std::vector<JointLimits>& limits = arm.limits();
+  JointVector clamped = q;
+  for (int i = 0; i < arm.size(); ++i) {
+    clamped(i) = std::clamp(q(i), limits[i].lower, limits[i].upper);
+  }
+  return clamped;
+}
+
+}  // namespace vantage

@@ -1,0 +1,525 @@
+#include "vantage/observability/measures.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include "allocation_guard.h"
+#include "eigen_matchers.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+MatrixXd RandomMatrix(std::mt19937* random, int rows, int columns) {
+  std::normal_distribution<double> normal;
+  MatrixXd J(rows, columns);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) J(i, j) = normal(*random);
+  }
+  return J;
+}
+
+// Full rank, and its singular values spread over the given number of decades.
+MatrixXd GradedMatrix(std::mt19937* random, int rows, int columns, double decades) {
+  const int n = std::min(rows, columns);
+  const MatrixXd U =
+      RandomMatrix(random, rows, n).householderQr().householderQ() * MatrixXd::Identity(rows, n);
+  const MatrixXd V = RandomMatrix(random, columns, n).householderQr().householderQ() *
+                     MatrixXd::Identity(columns, n);
+  VectorXd sigma(n);
+  for (int i = 0; i < n; ++i)
+    sigma(i) = 300.0 * std::pow(10.0, n > 1 ? -decades * i / (n - 1) : 0.0);
+  return U * sigma.asDiagonal() * V.transpose();
+}
+
+// Singular values in 64-bit mantissa.
+VectorXd Reference(const MatrixXd& J) {
+  using Wide = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  return Eigen::JacobiSVD<Wide>(J.cast<long double>()).singularValues().cast<double>();
+}
+
+struct Shape {
+  int rows, columns;
+};
+
+class EveryShape : public ::testing::TestWithParam<Shape> {};
+
+INSTANTIATE_TEST_SUITE_P(Measure, EveryShape,
+                         ::testing::Values(Shape{1, 1}, Shape{1, 6}, Shape{2, 6}, Shape{3, 3},
+                                           Shape{4, 6}, Shape{5, 6}, Shape{6, 6}, Shape{8, 6},
+                                           Shape{32, 6}, Shape{6, 7}, Shape{8, 7}, Shape{12, 2},
+                                           Shape{6, 16}, Shape{16, 16}, Shape{32, 16},
+                                           Shape{5, 32}));
+
+TEST_P(EveryShape, SingularValuesMatchExtendedPrecision) {
+  const auto [rows, columns] = GetParam();
+  std::mt19937 random(21);
+  for (const double decades : {0.0, 1.0, 3.0, 5.0}) {
+    for (int trial = 0; trial < 20; ++trial) {
+      const MatrixXd J = GradedMatrix(&random, rows, columns, decades);
+      const VectorXd expected = Reference(J);
+      const Measure measure = MeasureOf(J, kMaxRows);
+      ASSERT_EQ(measure.status, MeasureStatus::kOk);
+      const double sigma_1 = expected(0);
+      EXPECT_TRUE(test::Near(measure.sigma, expected, 5e-15 * sigma_1));
+      EXPECT_NEAR(measure.w, expected.prod(), 1e-9 * expected.prod());
+      EXPECT_NEAR(measure.log_w, expected.array().log().sum(), 1e-9);
+      EXPECT_EQ(measure.sigma_min, measure.sigma(measure.size() - 1));
+      EXPECT_NEAR(measure.condition, sigma_1 / expected.minCoeff(), 1e-9 * measure.condition);
+      EXPECT_EQ(measure.rank, std::min(rows, columns));
+    }
+  }
+}
+
+TEST_P(EveryShape, DecompositionRebuildsTheMatrix) {
+  const auto [rows, columns] = GetParam();
+  std::mt19937 random(22);
+  for (const double decades : {0.0, 4.0}) {
+    const MatrixXd J = GradedMatrix(&random, rows, columns, decades);
+    const SingularSystem system = Decompose(J, kMaxRows);
+    const int s = std::min(rows, columns);
+    ASSERT_EQ(system.axes.cols(), s);
+    EXPECT_TRUE(test::Near(MatrixXd(system.axes * system.directions.transpose()), J, 1e-12 * 300));
+    EXPECT_TRUE(test::Near(MatrixXd(system.directions.transpose() * system.directions),
+                           MatrixXd::Identity(s, s), 1e-10));
+    const MatrixXd gram = system.axes.transpose() * system.axes;
+    const VectorXd squares = system.measure.sigma.array().square();
+    EXPECT_TRUE(test::Near(gram, MatrixXd(squares.asDiagonal()), 1e-11 * squares(0)));
+  }
+}
+
+TEST_P(EveryShape, PseudoInverseMeetsPenrosesConditions) {
+  const auto [rows, columns] = GetParam();
+  std::mt19937 random(23);
+  MatrixXd J = GradedMatrix(&random, rows, columns, 2.0);
+  if (columns > 1) J.col(columns - 1) = J.col(0);  // may lose a rank
+  const MatrixXd P = PseudoInverse(Decompose(J, kMaxRows));
+  EXPECT_TRUE(test::Near(MatrixXd(J * P * J), J, 1e-9));
+  EXPECT_TRUE(test::Near(MatrixXd(P * J * P), P, 1e-9));
+  EXPECT_TRUE(test::Near(MatrixXd(J * P), MatrixXd((J * P).transpose()), 1e-9));
+  EXPECT_TRUE(test::Near(MatrixXd(P * J), MatrixXd((P * J).transpose()), 1e-9));
+}
+
+// The image of the unit sphere of the motions that J sees is the ellipsoid's surface.
+TEST_P(EveryShape, EllipsoidIsTheImageOfTheUnitSphere) {
+  const auto [rows, columns] = GetParam();
+  std::mt19937 random(24);
+  const MatrixXd J = GradedMatrix(&random, rows, columns, 1.0);
+  const SingularSystem system = Decompose(J, kMaxRows);
+  const MatrixXd E = EllipsoidMatrix(system);
+  const int s = std::min(rows, columns);
+  for (int trial = 0; trial < 20; ++trial) {
+    const VectorXd x =
+        MatrixXd(system.directions) * VectorXd(RandomMatrix(&random, s, 1)).normalized();
+    const VectorXd y = J * x;
+    EXPECT_NEAR(y.dot(E * y), 1.0, 1e-10);
+  }
+}
+
+TEST(Measure, TaskDimensionCapsTheRank) {
+  std::mt19937 random(25);
+  // Eight features of a 7-joint arm: J_c has rank 6, though it is 8×7.
+  const MatrixXd J_v = RandomMatrix(&random, 8, 6);
+  const MatrixXd J_r = RandomMatrix(&random, 6, 7);
+  const Measure measure = MeasureOf(MatrixXd(J_v * J_r));
+  EXPECT_EQ(measure.size(), 6);
+  EXPECT_EQ(measure.rank, 6);
+  EXPECT_NEAR(measure.w, MeasureOf(J_v).w * MeasureOf(J_r).w, 1e-12 * measure.w);
+}
+
+TEST(Measure, KnownDiagonal) {
+  MatrixXd J = MatrixXd::Zero(3, 3);
+  J.diagonal() << 2.0, -5.0, 0.5;
+  const Measure measure = MeasureOf(J);
+  EXPECT_TRUE(test::Near(measure.sigma, Vector3d(5.0, 2.0, 0.5), 1e-15));
+  EXPECT_NEAR(measure.w, 5.0, 1e-15);
+  EXPECT_NEAR(measure.geometric_mean(), std::cbrt(5.0), 1e-14);
+  EXPECT_NEAR(measure.inverse_condition(), 0.1, 1e-16);
+  EXPECT_NEAR(measure.inverse_trace(), 4.0 + 0.25 + 0.04, 1e-14);
+}
+
+TEST(Measure, RankDeficientMatrixHasNoVolume) {
+  std::mt19937 random(26);
+  const MatrixXd J = RandomMatrix(&random, 8, 4) * RandomMatrix(&random, 4, 6);
+  const Measure measure = MeasureOf(J);
+  EXPECT_EQ(measure.size(), 6);
+  EXPECT_EQ(measure.rank, 4);
+  EXPECT_LE(measure.w, 1e-9 * std::pow(measure.sigma(0), 6));
+  EXPECT_LE(measure.sigma_min, 1e-14 * measure.sigma(0));
+}
+
+TEST(Measure, ZeroMatrix) {
+  const MatrixXd J = MatrixXd::Zero(4, 3);
+  const SingularSystem system = Decompose(J);
+  const Measure& measure = system.measure;
+  EXPECT_EQ(measure.status, MeasureStatus::kOk);
+  EXPECT_EQ(measure.rank, 0);
+  EXPECT_EQ(measure.w, 0.0);
+  EXPECT_EQ(measure.log_w, -kInfinity);
+  EXPECT_EQ(measure.condition, kInfinity);
+  EXPECT_EQ(measure.geometric_mean(), 0.0);
+  EXPECT_EQ(measure.inverse_condition(), 0.0);
+  EXPECT_EQ(measure.inverse_trace(), kInfinity);
+  EXPECT_TRUE(test::Near(MatrixXd(system.directions.transpose() * system.directions),
+                         MatrixXd::Identity(3, 3), 1e-15));
+  EXPECT_TRUE(test::Near(MatrixXd(PseudoInverse(system)), MatrixXd::Zero(3, 4), 0.0));
+}
+
+// The lost directions are still an orthonormal set, and J maps them to 0.
+TEST(Measure, DirectionsSpanTheLostMotionsToo) {
+  std::mt19937 random(27);
+  for (const Shape shape : {Shape{8, 6}, Shape{5, 7}}) {
+    MatrixXd J = RandomMatrix(&random, shape.rows, 3) * RandomMatrix(&random, 3, shape.columns);
+    J.col(0).setZero();
+    const SingularSystem system = Decompose(J);
+    const auto s = system.directions.cols();
+    EXPECT_TRUE(test::Near(MatrixXd(system.directions.transpose() * system.directions),
+                           MatrixXd::Identity(s, s), 1e-10));
+    if (shape.rows >= shape.columns) {
+      const MatrixXd lost = J * system.directions.rightCols(s - system.measure.rank);
+      EXPECT_TRUE(test::Near(lost, MatrixXd::Zero(lost.rows(), lost.cols()), 1e-13));
+    }
+  }
+}
+
+TEST(Measure, ExtremeScalesNeitherOverflowNorVanish) {
+  std::mt19937 random(28);
+  const MatrixXd J = RandomMatrix(&random, 4, 3);
+  const VectorXd expected = Reference(J);
+  for (const double scale : {1e-250, 1e-130, 1e130, 1e250}) {
+    const Measure measure = MeasureOf(MatrixXd(scale * J));
+    EXPECT_TRUE(test::Near(measure.sigma / scale, expected, 1e-14 * expected(0)));
+    EXPECT_NEAR(measure.log_w, expected.array().log().sum() + 3 * std::log(scale), 1e-10);
+    EXPECT_EQ(measure.rank, 3);
+  }
+}
+
+void ExpectNothing(const Measure& measure, MeasureStatus status) {
+  EXPECT_EQ(measure.status, status);
+  EXPECT_EQ(measure.size(), 0);
+  EXPECT_EQ(measure.w, 0.0);
+  EXPECT_EQ(measure.log_w, -kInfinity);
+  EXPECT_EQ(measure.sigma_min, 0.0);
+  EXPECT_EQ(measure.condition, kInfinity);
+  EXPECT_EQ(measure.rank, 0);
+  EXPECT_EQ(measure.geometric_mean(), 0.0);
+  EXPECT_EQ(measure.inverse_condition(), 0.0);
+  EXPECT_EQ(EllipsoidVolume(measure), 0.0);
+}
+
+TEST(Measure, NamesWhatItCannotMeasure) {
+  ExpectNothing(MeasureOf(MatrixXd(0, 6)), MeasureStatus::kEmpty);
+  ExpectNothing(MeasureOf(MatrixXd(6, 0)), MeasureStatus::kEmpty);
+  ExpectNothing(MeasureOf(MatrixXd::Zero(kMaxRows + 1, 6)), MeasureStatus::kTooLarge);
+  ExpectNothing(MeasureOf(MatrixXd::Zero(kMaxRows, kMaxJoints + 1)), MeasureStatus::kTooLarge);
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    MatrixXd J = MatrixXd::Identity(6, 6);
+    J(3, 4) = bad;
+    ExpectNothing(MeasureOf(J), MeasureStatus::kNotFinite);
+    const SingularSystem system = Decompose(J);
+    ExpectNothing(system.measure, MeasureStatus::kNotFinite);
+    EXPECT_EQ(system.axes.size(), 0);
+    EXPECT_EQ(system.directions.size(), 0);
+    EXPECT_EQ(PseudoInverse(system).size(), 0);
+    EXPECT_EQ(EllipsoidMatrix(system).size(), 0);
+    EXPECT_EQ(BoundErrors(system.measure, 6, 6).upper, kInfinity);
+    EXPECT_EQ(CouplingOf(system.measure, system.measure, system.measure).ratio, 0.0);
+  }
+}
+
+TEST(EllipsoidVolume, OfKnownDimensions) {
+  MatrixXd J = MatrixXd::Zero(3, 3);
+  J.diagonal() << 2.0, 3.0, 5.0;
+  EXPECT_NEAR(EllipsoidVolume(MeasureOf(J)), 4.0 / 3.0 * kPi * 30.0, 1e-12);
+  EXPECT_NEAR(EllipsoidVolume(MeasureOf(J.topRows(2))), kPi * 6.0, 1e-13);
+  EXPECT_NEAR(EllipsoidVolume(MeasureOf(J.topRows(1))), 2.0 * 2.0, 1e-14);
+}
+
+TEST(BoundErrors, HoldForComputedMotions) {
+  std::mt19937 random(29);
+  for (const Shape shape : {Shape{3, 6}, Shape{6, 6}, Shape{10, 6}}) {
+    const MatrixXd J = GradedMatrix(&random, shape.rows, shape.columns, 1.0);
+    const SingularSystem system = Decompose(J);
+    const ErrorBounds bounds = BoundErrors(system.measure, shape.rows, shape.columns);
+    EXPECT_EQ(bounds.lower_needs_range, shape.rows > shape.columns);
+    EXPECT_EQ(bounds.upper_needs_minimum_norm, shape.rows < shape.columns);
+    const MatrixXd P = PseudoInverse(system);
+    for (int trial = 0; trial < 100; ++trial) {
+      const VectorXd in_range = J * RandomMatrix(&random, shape.columns, 1);
+      const double ratio = (P * in_range).norm() / in_range.norm();
+      EXPECT_GE(ratio, bounds.lower * (1 - 1e-12));
+      const VectorXd any = RandomMatrix(&random, shape.rows, 1);
+      EXPECT_LE((P * any).norm() / any.norm(), bounds.upper * (1 + 1e-12));
+    }
+    // Both are reached, along the first and the last axis.
+    const VectorXd first = system.axes.col(0);
+    const VectorXd last = system.axes.rightCols<1>();
+    EXPECT_NEAR((P * first).norm() / first.norm(), bounds.lower, 1e-12 * bounds.lower);
+    EXPECT_NEAR((P * last).norm() / last.norm(), bounds.upper, 1e-10 * bounds.upper);
+  }
+}
+
+TEST(BoundErrors, UnboundedWhereAMotionIsLost) {
+  MatrixXd J = MatrixXd::Identity(6, 6);
+  J.row(5) = J.row(4);
+  EXPECT_EQ(BoundErrors(MeasureOf(J), 6, 6).upper, kInfinity);
+}
+
+// PAPER_NOTES 6: w_c = w_v w_r whenever m <= min(k, n), not for square matrices alone.
+TEST(Coupling, IsOneWhereFeaturesAndJointsCoverTheTask) {
+  std::mt19937 random(30);
+  for (const auto& [k, n] : {std::pair{6, 6}, {8, 6}, {6, 7}, {12, 9}}) {
+    const MatrixXd J_v = RandomMatrix(&random, k, 6);
+    const MatrixXd J_r = RandomMatrix(&random, 6, n);
+    const Coupling coupling =
+        CouplingOf(MeasureOf(J_v), MeasureOf(J_r), MeasureOf(MatrixXd(J_v * J_r)));
+    EXPECT_NEAR(coupling.ratio, 1.0, 1e-11);
+    EXPECT_NEAR(coupling.horn, 1.0, 1e-11);
+  }
+}
+
+TEST(Coupling, IsTheProductOfPrincipalCosinesWhereSquare) {
+  std::mt19937 random(31);
+  for (int n = 1; n <= 6; ++n) {
+    const MatrixXd J_v = RandomMatrix(&random, n, 6);
+    const MatrixXd J_r = RandomMatrix(&random, 6, n);
+    const MatrixXd seen =
+        MatrixXd(J_v.transpose()).householderQr().householderQ() * MatrixXd::Identity(6, n);
+    const MatrixXd done = J_r.householderQr().householderQ() * MatrixXd::Identity(6, n);
+    const double cosines = std::abs((seen.transpose() * done).determinant());
+    const Coupling coupling =
+        CouplingOf(MeasureOf(J_v), MeasureOf(J_r), MeasureOf(MatrixXd(J_v * J_r)));
+    EXPECT_NEAR(coupling.ratio, cosines, 1e-10);
+    EXPECT_NEAR(coupling.horn, cosines, 1e-10);
+  }
+}
+
+TEST(Coupling, HornBoundsEveryShape) {
+  std::mt19937 random(32);
+  for (int k = 1; k <= 9; ++k) {
+    for (int n = 1; n <= 9; ++n) {
+      const MatrixXd J_v = RandomMatrix(&random, k, 6);
+      const MatrixXd J_r = RandomMatrix(&random, 6, n);
+      const Measure composite = MeasureOf(MatrixXd(J_v * J_r));
+      const Coupling coupling = CouplingOf(MeasureOf(J_v), MeasureOf(J_r), composite);
+      EXPECT_GT(coupling.horn, 0.0);
+      EXPECT_LE(coupling.horn, 1.0);
+    }
+  }
+}
+
+TEST(Whiten, GivesTheCovarianceOfTheComputedTwist) {
+  std::mt19937 random(33);
+  const MatrixXd J = RandomMatrix(&random, 8, 6);
+  const MatrixXd F = RandomMatrix(&random, 8, 8);
+  const MatrixXd C = F * F.transpose() + 0.1 * MatrixXd::Identity(8, 8);
+  TaskJacobian whitened = J;
+  ASSERT_TRUE(Whiten(C, &whitened));
+  // Covariance of the least-squares twist with weights C^-1.
+  const MatrixXd covariance = (J.transpose() * C.inverse() * J).inverse();
+  EXPECT_NEAR(MeasureOf(whitened).w, 1.0 / std::sqrt(covariance.determinant()),
+              1e-10 * MeasureOf(whitened).w);
+  EXPECT_NEAR(MeasureOf(whitened).inverse_trace(), covariance.trace(), 1e-9 * covariance.trace());
+}
+
+TEST(Whiten, RefusesWhatIsNoCovariance) {
+  const TaskJacobian J = MatrixXd::Ones(3, 2);
+  MatrixXd indefinite = MatrixXd::Identity(3, 3);
+  indefinite(2, 2) = -1.0;
+  MatrixXd undefined = MatrixXd::Identity(3, 3);
+  undefined(1, 1) = kNaN;
+  for (const MatrixXd& C : {indefinite, undefined, MatrixXd(MatrixXd::Zero(3, 3)),
+                            MatrixXd(MatrixXd::Identity(2, 2))}) {
+    TaskJacobian same = J;
+    EXPECT_FALSE(Whiten(C, &same));
+    EXPECT_TRUE(test::Near(same, J, 0.0));
+  }
+}
+
+TEST(Scaling, OfTwistsLeavesTheCompositeAlone) {
+  std::mt19937 random(34);
+  const FeatureJacobian J_v = RandomMatrix(&random, 5, 6);
+  const ArmJacobian J_r = RandomMatrix(&random, 6, 4);
+  const MatrixXd scaled = ScaleTwistOfImage(J_v, 0.3) * ScaleTwistOfArm(J_r, 0.3);
+  EXPECT_TRUE(test::Near(scaled, MatrixXd(J_v * J_r), 1e-14));
+  // For k >= m a change of unit only rescales w_v.
+  const FeatureJacobian tall = RandomMatrix(&random, 8, 6);
+  EXPECT_NEAR(MeasureOf(ScaleTwistOfImage(tall, 0.3)).w, MeasureOf(tall).w / std::pow(0.3, 3),
+              1e-12 * MeasureOf(tall).w / std::pow(0.3, 3));
+}
+
+TEST(Scaling, CharacteristicLengthBalancesTheRows) {
+  std::mt19937 random(35);
+  ArmJacobian J_r = RandomMatrix(&random, 6, 5);
+  J_r.topRows<3>() *= 0.25;
+  const ArmJacobian scaled = ScaleTwistOfArm(J_r, CharacteristicLength(J_r));
+  EXPECT_NEAR(scaled.topRows<3>().norm(), scaled.bottomRows<3>().norm(), 1e-14);
+  J_r.bottomRows<3>().setZero();
+  EXPECT_EQ(CharacteristicLength(J_r), 1.0);
+}
+
+TEST(Scaling, OfJointsScalesColumns) {
+  std::mt19937 random(36);
+  const TaskJacobian J = RandomMatrix(&random, 4, 3);
+  const TaskJacobian scaled = ScaleJoints(J, Vector3d(1.0, 0.5, 2.0));
+  EXPECT_TRUE(test::Near(scaled.col(1), J.col(1) * 0.5, 0.0));
+  EXPECT_TRUE(test::Near(scaled.col(2), J.col(2) * 2.0, 0.0));
+}
+
+// A two-link arm in the plane Wz = 0 (links of 1 m), its tip seen by a camera: J_v of a point with
+// focal length 600 px at depth 2 m, looking down, or along the plane.
+struct PlanarView {
+  ArmJacobian J_r{6, 2};
+  MatrixXd J_v{2, 6};
+};
+
+PlanarView PlanarCase(double elbow, double tilt) {
+  PlanarView view;
+  view.J_r.setZero();
+  view.J_r.row(0) << -std::sin(elbow), -std::sin(elbow);
+  view.J_r.row(1) << 1.0 + std::cos(elbow), std::cos(elbow);
+  view.J_r.row(5) << 1.0, 1.0;
+  view.J_v.setZero();
+  view.J_v(0, 0) = 300.0;
+  view.J_v(1, 1) = 300.0 * std::cos(tilt);
+  view.J_v(1, 2) = 300.0 * std::sin(tilt);
+  return view;
+}
+
+LowCause Cause(const PlanarView& view, int rows_needed, bool low) {
+  const MatrixXd J_c = view.J_v * view.J_r;
+  return DiagnoseLowMeasure(Decompose(J_c), MeasureOf(view.J_r), view.J_r, rows_needed, low);
+}
+
+TEST(DiagnoseLowMeasure, FindsTheCause) {
+  EXPECT_EQ(Cause(PlanarCase(1.2, 0.0), 2, false), LowCause::kNone);
+  EXPECT_EQ(Cause(PlanarCase(1.2, 1.55), 2, true), LowCause::kView);     // grazing view
+  EXPECT_EQ(Cause(PlanarCase(1.2, kPi / 2), 2, true), LowCause::kView);  // edge on
+  EXPECT_EQ(Cause(PlanarCase(1.2, 0.0), 3, true), LowCause::kFeatures);
+  EXPECT_EQ(Cause(PlanarCase(1.2, 0.0), 3, false), LowCause::kFeatures);
+}
+
+// The arm's own rank counts in six dimensions: stretched, the planar arm still turns its tip, but no
+// motion of the tip's POINT along the arm is left for a camera to see.
+TEST(DiagnoseLowMeasure, BlamesTheArmForWhatItCannotDo) {
+  PlanarView view = PlanarCase(1.2, 0.0);
+  view.J_r.col(1) = 0.5 * view.J_r.col(0);  // two joints of one effect
+  EXPECT_EQ(Cause(view, 2, true), LowCause::kArm);
+  view.J_r(0, 1) += 1e-3;  // nearly
+  EXPECT_EQ(Cause(view, 2, true), LowCause::kArm);
+}
+
+TEST(DiagnoseLowMeasure, NothingSeenIsForWantOfFeatures) {
+  const PlanarView view = PlanarCase(1.2, 0.0);
+  const SingularSystem nothing = Decompose(MatrixXd(0, 2));
+  EXPECT_EQ(DiagnoseLowMeasure(nothing, MeasureOf(view.J_r), view.J_r, 0, true),
+            LowCause::kFeatures);
+}
+
+TEST(PointJacobian, IsTheVelocityOfARigidBodysPoint) {
+  std::mt19937 random(37);
+  const ArmJacobian J_r = RandomMatrix(&random, 6, 4);
+  const Vector3d p(0.1, -0.2, 0.3);
+  const VectorXd qdot = RandomMatrix(&random, 4, 1);
+  const Vector3d v = J_r.topRows<3>() * qdot;
+  const Vector3d w = J_r.bottomRows<3>() * qdot;
+  EXPECT_TRUE(test::Near(PointJacobianOf(J_r, p) * qdot, v + w.cross(p), 1e-14));
+}
+
+// No joint motion of one pixel moves a point further, and one moves it as far.
+TEST(WorstMillimetresPerPixel, BoundsEveryMotionOfOnePixel) {
+  std::mt19937 random(38);
+  const MatrixXd J_c = 200.0 * RandomMatrix(&random, 6, 3);
+  const std::vector<PointJacobian> points{RandomMatrix(&random, 3, 3), RandomMatrix(&random, 3, 3)};
+  const double worst = WorstMillimetresPerPixel(Decompose(J_c), points);
+  double seen = 0.0;
+  for (int trial = 0; trial < 200000; ++trial) {
+    VectorXd dq = RandomMatrix(&random, 3, 1);
+    dq /= (J_c * dq).norm();
+    for (const PointJacobian& A : points) seen = std::max(seen, 1e3 * (A * dq).norm());
+  }
+  EXPECT_LE(seen, worst * (1 + 1e-12));
+  EXPECT_GE(seen, 0.98 * worst);
+}
+
+TEST(WorstMillimetresPerPixel, MatchesTheOperatorNorm) {
+  std::mt19937 random(39);
+  for (int n = 1; n <= 7; ++n) {
+    const MatrixXd J_c = 100.0 * RandomMatrix(&random, 8, n);
+    const MatrixXd A = RandomMatrix(&random, 3, n);
+    const MatrixXd hidden = A * J_c.completeOrthogonalDecomposition().pseudoInverse();
+    const double expected = 1e3 * Eigen::JacobiSVD<MatrixXd>(hidden).singularValues()(0);
+    EXPECT_NEAR(WorstMillimetresPerPixel(Decompose(J_c, n), {A}), expected, 1e-7 * expected);
+  }
+}
+
+TEST(WorstMillimetresPerPixel, UnboundedWhereAPointMovesUnseen) {
+  std::mt19937 random(40);
+  const MatrixXd J_c = RandomMatrix(&random, 2, 3);
+  EXPECT_EQ(WorstMillimetresPerPixel(Decompose(J_c), {RandomMatrix(&random, 3, 3)}), kInfinity);
+  EXPECT_EQ(WorstMillimetresPerPixel(Decompose(MatrixXd(0, 3)), {RandomMatrix(&random, 3, 3)}),
+            kInfinity);
+  EXPECT_EQ(WorstMillimetresPerPixel(Decompose(J_c), {}), 0.0);
+}
+
+// The self-motion of a redundant arm moves no point on the end effector: it hides nothing.
+TEST(WorstMillimetresPerPixel, SelfMotionOfARedundantArmCostsNothing) {
+  std::mt19937 random(41);
+  const ArmJacobian J_r = RandomMatrix(&random, 6, 7);
+  const MatrixXd J_c = RandomMatrix(&random, 8, 6) * J_r;
+  const double worst =
+      WorstMillimetresPerPixel(Decompose(J_c), {PointJacobianOf(J_r, Vector3d(0.1, 0.0, 0.2))});
+  EXPECT_GT(worst, 0.0);
+  EXPECT_LT(worst, 1e6);
+}
+
+TEST(Measures, DoNotAllocate) {
+  if (!test::AllocationGuard::kSupported) GTEST_SKIP();
+  std::mt19937 random(42);
+  const FeatureJacobian J_v = RandomMatrix(&random, 8, 6);
+  const ArmJacobian J_r = RandomMatrix(&random, 6, 7);
+  const std::vector<PointJacobian> points(4, PointJacobianOf(J_r, Vector3d(0.1, 0.0, 0.2)));
+  const Eigen::Matrix<double, 8, 8> C = Eigen::Matrix<double, 8, 8>::Identity();
+  const JointVector ones = JointVector::Ones(7);
+
+  const test::AllocationGuard guard;
+  TaskJacobian J_c = J_v * J_r;
+  const Measure view = MeasureOf(J_v);
+  const Measure arm = MeasureOf(J_r);
+  const SingularSystem composite = Decompose(J_c);
+  const SingularSystem wide = Decompose(J_r);
+  const Measure block = MeasureOf(J_c.topRows(3));
+  const PseudoInverseMatrix P = PseudoInverse(composite);
+  const PseudoInverseMatrix E = EllipsoidMatrix(composite);
+  const double volume = EllipsoidVolume(composite.measure);
+  const ErrorBounds bounds = BoundErrors(composite.measure, 8, 7);
+  const Coupling coupling = CouplingOf(view, arm, composite.measure);
+  const LowCause cause = DiagnoseLowMeasure(composite, arm, J_r, 6, true);
+  const double worst = WorstMillimetresPerPixel(composite, points);
+  const double length = CharacteristicLength(J_r);
+  const Measure scaled = MeasureOf(ScaleTwistOfArm(J_r, length));
+  const bool white = Whiten(C, &J_c);
+  const Measure joints = MeasureOf(ScaleJoints(J_c, ones));
+  EXPECT_EQ(guard.count(), 0u);
+
+  EXPECT_TRUE(white);
+  EXPECT_EQ(P.rows() + E.rows(), 15);
+  EXPECT_EQ(wide.axes.cols() + block.size() + scaled.size(), 15);
+  EXPECT_NEAR(joints.w, composite.measure.w, 1e-12 * joints.w);
+  EXPECT_GT(volume * bounds.upper * coupling.ratio * worst, 0.0);
+  EXPECT_EQ(cause, LowCause::kView);
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include "vantage/robot/arm_model.h"
+
+/// @file
+/// Reads the oracle file (tests/data/oracles.json, or the file that VANTAGE_ORACLES names): cases
+/// computed apart from this code, by finite differences of the forward map at 40 digits.
+
+namespace vantage::test {
+
+[[nodiscard]] inline nlohmann::json ReadOracles() {
+  const char* other = std::getenv("VANTAGE_ORACLES");
+  const std::string path = other != nullptr ? other : VANTAGE_TEST_DATA "/oracles.json";
+  std::ifstream file(path);
+  if (!file) throw std::runtime_error("cannot open " + path);
+  return nlohmann::json::parse(file);
+}
+
+/// A matrix written as a list of rows.
+[[nodiscard]] inline Eigen::MatrixXd OracleMatrix(const nlohmann::json& rows) {
+  Eigen::MatrixXd result(rows.size(), rows.at(0).size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t j = 0; j < rows[i].size(); ++j) result(i, j) = rows[i][j].get<double>();
+  }
+  return result;
+}
+
+[[nodiscard]] inline Eigen::Isometry3d OraclePose(const nlohmann::json& rows) {
+  return Eigen::Isometry3d(Eigen::Matrix4d(OracleMatrix(rows)));
+}
+
+[[nodiscard]] inline JointVector OracleJoints(const nlohmann::json& q) {
+  const auto values = q.get<std::vector<double>>();
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), values.size());
+}
+
+[[nodiscard]] inline std::vector<DhRow> OracleRows(const nlohmann::json& robot) {
+  std::vector<DhRow> rows;
+  for (const auto& joint : robot.at("joints")) {
+    DhRow row;
+    row.kind = joint.at("type") == "P" ? JointKind::kPrismatic : JointKind::kRevolute;
+    row.theta = joint.value("theta", 0.0);
+    row.d = joint.value("d", 0.0);
+    row.a = joint.at("a").get<double>();
+    row.alpha = joint.at("alpha").get<double>();
+    row.offset = joint.at("offset").get<double>();
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// The arm of a case; its limits are wide (±10 rad or m).
+[[nodiscard]] inline ArmModel OracleArm(const nlohmann::json& robot) {
+  const std::vector<DhRow> rows = OracleRows(robot);
+  const auto convention =
+      robot.at("convention") == "modified" ? DhConvention::kModified : DhConvention::kStandard;
+  return ArmModel(robot.at("name").get<std::string>(), convention, rows,
+                  std::vector<JointLimits>(rows.size(), {-10.0, 10.0, 1.0, 10.0}),
+                  OraclePose(robot.at("base")), OraclePose(robot.at("tool")));
+}
+
+}  // namespace vantage::test
