@@ -70,7 +70,8 @@ bool LevelsAlong(const Rising& rising, int u, int v, bool along_row, int level, 
   const int du = along_row ? 1 : 0;
   const int dv = along_row ? 0 : 1;
   const PixelWindow& window = rising.window;
-  const int room_ahead = along_row ? window.u + window.width - 1 - u : window.v + window.height - 1 - v;
+  const int room_ahead =
+      along_row ? window.u + window.width - 1 - u : window.v + window.height - 1 - v;
   const int room_behind = along_row ? u - window.u : v - window.v;
   const std::ptrdiff_t stride = along_row ? 1 : rising.image.stride;
   const std::uint8_t* const pixel = rising.image.row(v) + u;

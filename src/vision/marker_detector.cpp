@@ -396,7 +396,9 @@ MarkerDetections AcquireMarkers(const GreyView& image, const CameraModel& camera
     for (const MarkerPrediction& prediction : sought) {
       if (prediction.dark != dark || !(prediction.image.area > 0.0)) continue;
       const Vector2d axes = SemiAxes(prediction.image.shape);
-      least = std::min(least, axes.x() / acquisition.max_scale);
+      // The lattice has some room to spare: discs smaller than predicted by the full scale are still hit
+      // in most places.
+      least = std::min(least, axes.x() / 1.15);
       largest = std::max(largest, axes.y() * acquisition.max_scale);
     }
     if (largest == 0.0) continue;
