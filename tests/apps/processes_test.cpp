@@ -150,7 +150,7 @@ TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
 }
 
 /// Runs vantage-run and gives its exit code and what it printed.
-std::pair<int, std::string> Run(std::vector<std::string> arguments) {
+std::pair<int, std::string> RunProgram(std::vector<std::string> arguments) {
   const std::string log = (std::filesystem::temp_directory_path() /
                            ("vantage_run_" + std::to_string(getpid()) + ".txt")).string();
   std::filesystem::remove(log);
@@ -182,7 +182,7 @@ class RunTest : public ::testing::Test {
 
 // The main job, all processes: converges, exit code 0, and the run folder holds what it promises.
 TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
-  const auto [code, text] = Run({"puma560-bad-view", "--out", folder_.string(), "--priority", "0"});
+  const auto [code, text] = RunProgram({"puma560-bad-view", "--out", folder_.string(), "--priority", "0"});
   EXPECT_EQ(code, 0) << text;
   EXPECT_NE(text.find("converged after"), std::string::npos) << text;
   EXPECT_NE(text.find("tools/spy"), std::string::npos);
@@ -193,7 +193,7 @@ TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
 }
 
 TEST_F(RunTest, FixedCameraInABadViewEndsWithExitCodeOne) {
-  const auto [code, text] = Run({"puma560-bad-view", "--camera", "fixed", "--time-limit", "4", "--lockstep",
+  const auto [code, text] = RunProgram({"puma560-bad-view", "--camera", "fixed", "--time-limit", "4", "--lockstep",
                                  "--out", folder_.string()});
   EXPECT_EQ(code, 1) << text;
   EXPECT_NE(text.find("NOT converged"), std::string::npos) << text;
@@ -204,13 +204,13 @@ TEST_F(RunTest, BadInputIsOneLineExitCodeTwoAndNothingWritten) {
        {std::vector<std::string>{"no-such-scenario"}, {"--camera", "sideways"}, {"--time-limit", "-3"}}) {
     std::vector<std::string> all = arguments;
     all.insert(all.end(), {"--out", folder_.string()});
-    const auto [code, text] = Run(all);
+    const auto [code, text] = RunProgram(all);
     EXPECT_EQ(code, 2) << arguments[0] << ": " << text;
     EXPECT_FALSE(std::filesystem::exists(folder_)) << arguments[0];
   }
   const std::string broken = (std::filesystem::temp_directory_path() / "vantage_broken.yaml").string();
   std::ofstream(broken) << "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n";
-  const auto [code, text] = Run({broken, "--out", folder_.string()});
+  const auto [code, text] = RunProgram({broken, "--out", folder_.string()});
   EXPECT_EQ(code, 2);
   EXPECT_NE(text.find(broken + ":3: "), std::string::npos) << text;
   EXPECT_NE(text.find("radius"), std::string::npos) << text;
