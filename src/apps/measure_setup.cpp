@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 #include <utility>
 
 #include "vantage/active/trigger.h"
 #include "vantage/config/loaders.h"
+#include "vantage/config/oracle_case.h"
 
 namespace vantage {
 namespace {
@@ -114,20 +114,6 @@ std::vector<MeasuredPoint> LoadPoints(const Section& root) {
   return points;
 }
 
-std::vector<int> LoadTaskRows(const Section& root) {
-  if (root.FormOf("task_rows") == Section::Form::kAbsent) return {};
-  std::vector<int> rows;
-  for (const std::int64_t row : root.Integers(
-           "task_rows", 0, 5, 1, 6,
-           "Rows of the twist (vx, vy, vz, wx, wy, wz) that the paper's task keeps.")) {
-    rows.push_back(static_cast<int>(row));
-  }
-  if (std::set<int>(rows.begin(), rows.end()).size() != rows.size()) {
-    root.Fail("task_rows", "must not name a row twice");
-  }
-  return rows;
-}
-
 }  // namespace
 
 MeasureSetup LoadMeasureSetup(const Section& root) {
@@ -140,9 +126,12 @@ MeasureSetup LoadMeasureSetup(const Section& root) {
   const auto [camera, pixels] = LoadLens(root);
   MeasureSetup setup{"",     description, std::move(arm), q,  camera, pixels,
                      false,  Eigen::Isometry3d::Identity(), {}, {},    points,
-                     features, {}, 0.0};
+                     features, 0, 0.0};
   LoadMount(root, &setup);
-  setup.task_rows = LoadTaskRows(root);
+  setup.translation_task = root.Choice<int>(
+      "translation_task", {{"none", 0}, {"plane", 2}, {"space", 3}}, 0,
+      "Also measure J_v and J_r of E's translation alone, as the paper's examples do: in W's x and y, "
+      "or in space.");
   setup.threshold = root.Number("threshold", {0.0, 1e12, "px/rad"},
                                 pixels ? TriggerOptions{}.threshold : 0.0,
                                 "w_c^(1/s) below which w_c counts as low.");
@@ -154,6 +143,37 @@ MeasureSetup FindMeasureSetup(const std::string& name_or_path) {
   MeasureSetup setup = LoadMeasureSetup(root);
   root.RejectUnknownKeys();
   setup.name = std::filesystem::path(name_or_path).stem().string();
+  return setup;
+}
+
+MeasureSetup LoadOracleSetup(const std::string& path, const std::string& id) {
+  const OracleCase oracle = LoadOracleCase(path, id);
+  MeasureSetup setup{oracle.id,
+                     oracle.description,
+                     oracle.arm,
+                     oracle.q,
+                     oracle.camera.model,
+                     false,
+                     oracle.camera.eye_in_hand,
+                     oracle.camera.X,
+                     {},
+                     {},
+                     {},
+                     oracle.features,
+                     0,
+                     0.0};
+  setup.rig.X_WC_fixed = oracle.camera.X;
+  if (oracle.camera.sphere) {
+    setup.rig = oracle.camera.sphere->rig;
+    setup.q_c = oracle.camera.sphere->q_c;
+  }
+  for (const OraclePoint& point : oracle.points) {
+    MeasuredPoint measured;
+    measured.marker.id = static_cast<int>(setup.points.size());
+    measured.marker.p = point.p;
+    measured.on_body = point.on_body;
+    setup.points.push_back(measured);
+  }
   return setup;
 }
 

@@ -42,12 +42,15 @@ struct MeasureSetup {
   RigVector q_c;
   std::vector<MeasuredPoint> points;
   FeatureSet features;
-  /// Rows of the twist (vx, vy, vz, wx, wy, wz) that the task keeps, for the measures of the paper's
-  /// examples (docs/paper.md, sections 6 and 7). Empty: none are asked for.
-  std::vector<int> task_rows;
+  /// Dimension of the translation-only task of the paper's examples (docs/paper.md, sections 6 and 7):
+  /// 2 for axes x and y of W, 3 for all. 0: its measures are not asked for.
+  int translation_task{0};
   /// w_c^(1/s) below which w_c counts as low [px/rad]; 0: only where J_c loses rank.
   double threshold{0.0};
 };
+
+/// One case of an oracle file (see oracle_case.h). Throws ConfigError.
+[[nodiscard]] MeasureSetup LoadOracleSetup(const std::string& path, const std::string& id);
 
 /// Reads the keys of a measurement from the root of a file; other keys may stand beside them.
 /// Throws ConfigError with file, line and key.
