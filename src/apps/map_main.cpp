@@ -1,11 +1,11 @@
 // vantage-map RECIPE: measures over two swept parameters, as a table and as pictures.
 
-#include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+
+#include <unistd.h>
 
 #include "app.h"
 #include "map_plot.h"
@@ -38,7 +38,8 @@ class Progress {
  public:
   void operator()(int done, int rows) {
     const auto now = std::chrono::steady_clock::now();
-    if (now - last_ < (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000))) {
+    if (now - last_ <
+        (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000))) {
       return;
     }
     last_ = now;
@@ -88,9 +89,9 @@ int Run(const Arguments& arguments) {
   if (error) throw ConfigError("", "--out", arguments.out + ": " + error.message());
 
   Progress progress;
-  const MapTable table =
-      arguments.quiet ? Sweep(recipe)
-                      : Sweep(recipe, [&](int done, int rows) { progress(done, rows); });
+  const MapTable table = arguments.quiet
+                             ? Sweep(recipe)
+                             : Sweep(recipe, [&](int done, int rows) { progress(done, rows); });
   progress.End();
   const std::string stem = (std::filesystem::path(arguments.out) / recipe.setup.name).string();
   std::vector<std::string> files{stem + ".csv"};
@@ -116,7 +117,8 @@ int Run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   vantage::Arguments arguments;
   CLI::App app(
-      "Maps w_v, w_r and w_c over two swept parameters of camera or arm: a CSV table, and surface and "
+      "Maps w_v, w_r and w_c over two swept parameters of camera or arm: a CSV table, and surface "
+      "and "
       "heat-map pictures (PNG, SVG) by gnuplot. fig3, fig4, fig6a, fig6b and fig7 are the paper's.",
       "vantage-map");
   app.add_option("recipe", arguments.recipe, "Built-in recipe (see --list) or a YAML file");

@@ -53,7 +53,7 @@ bool IsSwept(const MapRecipe& recipe, SweepAxis::Kind kind, int index) {
 
 std::string ArmNote(const MapRecipe& recipe) {
   const MeasureSetup& setup = recipe.setup;
-  std::string text = "arm " + setup.arm.name();
+  std::string text = "arm: " + setup.arm.name();
   for (int i = 0; i < setup.arm.size(); ++i) {
     if (IsSwept(recipe, SweepAxis::Kind::kJoint, i)) continue;
     const bool revolute = setup.arm.joint_kinds()[i] == JointKind::kRevolute;
@@ -65,8 +65,8 @@ std::string ArmNote(const MapRecipe& recipe) {
 
 std::string CameraNote(const MapRecipe& recipe) {
   const MeasureSetup& setup = recipe.setup;
-  if (setup.eye_in_hand) return "camera in hand";
-  std::string text = "camera ";
+  if (setup.eye_in_hand) return "camera: in hand";
+  std::string text = "camera: ";
   if (setup.rig.kind == RigKind::kSpherical) {
     text += setup.rig.orientation == RigOrientation::kLookAt
                 ? "looks at " + Triple(setup.rig.target_W)
@@ -78,14 +78,18 @@ std::string CameraNote(const MapRecipe& recipe) {
     if (IsSwept(recipe, SweepAxis::Kind::kRig, i)) continue;
     const std::string& name = setup.rig.axes[i].name;
     const bool length = name == "R" || name == "s" || name == "x" || name == "y" || name == "z";
-    text += ", " + (name == "theta" ? "θ" : name == "phi" ? "φ" : name) + " = " +
+    text += ", " +
+            (name == "theta" ? "θ"
+             : name == "phi" ? "φ"
+                             : name) +
+            " = " +
             (length ? Short(setup.q_c(i)) + " " + recipe.length_unit : Degrees(setup.q_c(i)));
   }
   return text + ", f = " + Short(setup.camera.fx) + (setup.pixels ? " px" : "");
 }
 
 std::string FeatureNote(const MeasureSetup& setup) {
-  std::string text = "features";
+  std::string text = "features:";
   const auto& features = setup.features.features();
   for (std::size_t i = 0; i < features.size(); ++i) {
     text += (i == 0 ? " " : ", ") + NameOf(features[i]);
@@ -143,8 +147,10 @@ std::string PiText(int twelfths) {
 std::string Tics(const SweepAxis& axis, char name) {
   const double lower = std::min(axis.from, axis.to) / M_PI * 12.0;
   const double upper = std::max(axis.from, axis.to) / M_PI * 12.0;
-  const int first = static_cast<int>(std::lround(lower)), last = static_cast<int>(std::lround(upper));
-  if (axis.unit != "rad" || std::abs(lower - first) > 1e-9 || std::abs(upper - last) > 1e-9) return "";
+  const int first = static_cast<int>(std::lround(lower)),
+            last = static_cast<int>(std::lround(upper));
+  if (axis.unit != "rad" || std::abs(lower - first) > 1e-9 || std::abs(upper - last) > 1e-9)
+    return "";
   int step = 1;
   for (const int coarser : {2, 3, 4, 6, 12}) {
     if ((last - first) / step > 6 && (last - first) % coarser == 0) step = coarser;
@@ -184,18 +190,19 @@ std::string AxisLabel(const SweepAxis& axis) {
   return axis.unit.empty() ? axis.symbol : axis.symbol + " [" + axis.unit + "]";
 }
 
-void WriteCommon(const MapRecipe& recipe, MapQuantity quantity, std::ofstream* script) {
+void WriteCommon(const MapRecipe& recipe, std::ofstream* script) {
   const SweepAxis& x = recipe.axes[0];
   const SweepAxis& y = recipe.axes[1];
   // Viridis: even in lightness, and safe for readers who see fewer colours.
-  *script << "set datafile missing '?'\n"
-             "set palette defined (0 '#440154', 0.125 '#472d7b', 0.25 '#3b528b', 0.375 '#2c728e', 0.5 "
-             "'#21918c', 0.625 '#28ae80', 0.75 '#5ec962', 0.875 '#addc30', 1 '#fde725')\n"
-             "set encoding utf8\nunset key\nset tics out nomirror\n"
-          << "set title " << Quoted(recipe.title) << " font ',15' offset 0,0.3\n"
-          << "set xrange [" << x.from << ':' << x.to << "]\nset yrange [" << y.from << ':' << y.to
-          << "]\n"
-          << Tics(x, 'x') << Tics(y, 'y');
+  *script
+      << "set datafile missing '?'\n"
+         "set palette defined (0 '#440154', 0.125 '#472d7b', 0.25 '#3b528b', 0.375 '#2c728e', 0.5 "
+         "'#21918c', 0.625 '#28ae80', 0.75 '#5ec962', 0.875 '#addc30', 1 '#fde725')\n"
+         "set encoding utf8\nunset key\nset tics out nomirror\n"
+      << "set title " << Quoted(recipe.title) << " font ',15' offset 0,0.3\n"
+      << "set xrange [" << x.from << ':' << x.to << "]\nset yrange [" << y.from << ':' << y.to
+      << "]\n"
+      << Tics(x, 'x') << Tics(y, 'y');
   double height = 0.018;
   std::vector<std::string> notes{FeatureNote(recipe.setup), CameraNote(recipe), ArmNote(recipe)};
   if (!recipe.notes.empty()) notes.insert(notes.begin(), recipe.notes);
@@ -204,26 +211,29 @@ void WriteCommon(const MapRecipe& recipe, MapQuantity quantity, std::ofstream* s
             << " left noenhanced font ',10' textcolor rgb '#404040'\n";
     height += 0.026;
   }
-  (void)quantity;
 }
 
 void WriteSurface(const MapRecipe& recipe, const std::string& z_label, std::ofstream* script) {
-  *script << "set border 4095 linecolor rgb '#909090' linewidth 0.6\n"
-             "set grid x y z vertical linecolor rgb '#d8d8d8' linewidth 0.6\n"
-             "set xyplane relative 0\nset ticslevel 0\n"
-             "set lmargin screen 0.08\nset rmargin screen 0.92\nset bmargin screen 0.17\n"
-             "set tmargin screen 0.93\n"
-          << "set view 62, " << recipe.view_turn << ", 1, 1\n"
-          << "set xlabel " << Quoted(AxisLabel(recipe.axes[0])) << " offset 0,-0.8 font ',13'\n"
-          << "set ylabel " << Quoted(AxisLabel(recipe.axes[1])) << " offset 0,-0.8 font ',13'\n"
+  *script << "set border 31 linecolor rgb '#707070' linewidth 0.8\n"
+             "set tics textcolor rgb '#202020'\n"
+             "set grid x y z vertical linecolor rgb '#dcdcdc' linewidth 0.6\n"
+             "set xyplane relative 0\nset origin 0, 0.09\nset size 1, 0.91\n"
+          << "set view 62, " << recipe.view_turn << ", 1.03, 1.25\n"
+          << "set xlabel " << Quoted(AxisLabel(recipe.axes[0]))
+          << " rotate parallel offset 0,-0.5 font ',13'\n"
+          << "set ylabel " << Quoted(AxisLabel(recipe.axes[1]))
+          << " rotate parallel offset 0,-0.5 font ',13'\n"
           << "set zlabel " << Quoted(z_label) << " rotate by 90 offset -1.5,0 font ',13'\n"
-          << "set pm3d depthorder border linecolor rgb '#30303050' linewidth 0.35\n"
+          << "set pm3d depthorder border linecolor rgb '#202020' linewidth 0.3\n"
              "unset colorbox\n";
+  // Measures are not negative: a surface that stands on 0 shows ratios.
+  if (!recipe.logarithmic) *script << "set zrange [0:*]\nset cbrange [0:*]\n";
 }
 
 void WriteHeat(const MapRecipe& recipe, const std::string& z_label, std::ofstream* script) {
-  *script << "unset grid\nunset zlabel\nset border 31 linecolor rgb '#404040' linewidth 1\n"
-             "set colorbox\nset view map\n"
+  *script << "unset grid\nunset zlabel\nset xlabel norotate\nset ylabel rotate by 90\nset border "
+             "31 linecolor rgb '#404040' linewidth 1\n"
+             "set colorbox\nset view map\nset origin 0, 0\nset size 1, 1\n"
              "set lmargin screen 0.11\nset rmargin screen 0.82\nset bmargin screen 0.225\n"
              "set tmargin screen 0.925\n"
           << "set xlabel " << Quoted(AxisLabel(recipe.axes[0])) << " offset 0,0 font ',13'\n"
@@ -245,13 +255,14 @@ std::vector<std::string> PlotMap(const MapRecipe& recipe, const MapTable& table,
   const std::string name = std::filesystem::path(base).filename().string();
   std::ofstream script(path);
   WriteData(recipe, table, quantity, &script);
-  WriteCommon(recipe, quantity, &script);
-  const std::string z_label = (recipe.logarithmic ? "log_{10} " : "") + QuantityText(quantity) +
-                              UnitNote(recipe, quantity);
+  WriteCommon(recipe, &script);
+  const std::string z_label =
+      (recipe.logarithmic ? "log_{10} " : "") + QuantityText(quantity) + UnitNote(recipe, quantity);
   std::vector<std::string> files;
   const auto write = [&](const std::string& kind, const std::string& ending) {
     const bool png = ending == "png";
-    script << "set terminal "
+    script << "set pm3d interpolate " << (png && kind == "heat" ? "4, 4" : "1, 1") << '\n'
+           << "set terminal "
            << (png ? "pngcairo size 1000,820 enhanced font 'DejaVu Sans,12' background 'white'"
                    : "svg size 1000,820 enhanced font 'DejaVu Sans,12' background 'white'")
            << "\nset output " << Quoted(name + "_" + kind + "." + ending) << '\n'

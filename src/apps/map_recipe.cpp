@@ -121,8 +121,8 @@ SweepAxis LoadAxis(const Section& sweep, const std::string& key, const MeasureSe
     axis.to = section.Number("to", {-1e4, 1e4, "m"}, kRequired, "Last value.");
   }
   if (axis.from == axis.to) section.Fail("", "the range of " + axis.name + " is empty");
-  axis.samples = static_cast<int>(section.Integer("samples", 2, kMostSamples, 41,
-                                                  "Values in the range, both ends included."));
+  axis.samples = static_cast<int>(
+      section.Integer("samples", 2, kMostSamples, 41, "Values in the range, both ends included."));
   CheckRange(section, setup, axis);
   return axis;
 }

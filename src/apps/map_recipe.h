@@ -22,7 +22,7 @@ struct SweepAxis {
   std::vector<int> indices;  ///< Of the rig's axis or of the joints.
   double from{0.0};          ///< [m] or [rad].
   double to{0.0};
-  int samples{2};            ///< Both ends included.
+  int samples{2};  ///< Both ends included.
 };
 
 /// Value of sample i of an axis: the ends are exact.
@@ -43,8 +43,8 @@ struct MapRecipe {
   std::array<SweepAxis, 2> axes;       ///< x and y.
   std::vector<JointVector> waypoints;  ///< Of the path; empty: none.
   std::vector<MapQuantity> pictures;
-  bool logarithmic{false};             ///< Heat maps and surfaces of log10.
-  double view_turn{30.0};              ///< Of the surface about its z axis [deg].
+  bool logarithmic{false};  ///< Heat maps and surfaces of log10.
+  double view_turn{30.0};   ///< Of the surface about its z axis [deg].
 };
 
 /// A recipe file, or a built-in one by its name. Throws ConfigError with file, line and key.

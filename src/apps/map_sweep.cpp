@@ -58,7 +58,11 @@ MapCell EvaluateCell(const MapRecipe& recipe, double x, double y) {
   cell.sigma_min_c = m.composite.measure.sigma_min;
   cell.condition_c = m.composite.measure.condition;
   cell.geometric_mean_c = m.composite.measure.geometric_mean();
-  cell.translation = m.translation;
+  if (m.translation) {
+    cell.w_v_translation = m.translation->view.w;
+    cell.w_r_translation = m.translation->arm.w;
+    cell.paper_product = m.translation->product;
+  }
   return cell;
 }
 
@@ -80,7 +84,8 @@ MapTable Sweep(const MapRecipe& recipe, const std::function<void(int, int)>& pro
     }
   };
   std::vector<std::thread> helpers;
-  for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) helpers.emplace_back(work, false);
+  for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i)
+    helpers.emplace_back(work, false);
   work(true);
   for (std::thread& helper : helpers) helper.join();
   return table;
@@ -100,7 +105,7 @@ std::optional<double> ValueOf(const MapCell& cell, MapQuantity quantity) noexcep
     case MapQuantity::kGeometricMean:
       return cell.geometric_mean_c;
     case MapQuantity::kPaperProduct:
-      if (cell.translation) return cell.translation->product;
+      return cell.paper_product;
   }
   return std::nullopt;
 }
@@ -126,9 +131,9 @@ void WriteCsv(const MapRecipe& recipe, const MapTable& table, const std::string&
     WriteNumber(&file, known(cell.condition_c));
     WriteNumber(&file, known(cell.geometric_mean_c));
     if (translation) {
-      WriteNumber(&file, known(cell.translation->view.w));
-      WriteNumber(&file, cell.translation->arm.w);
-      WriteNumber(&file, known(cell.translation->product));
+      WriteNumber(&file, known(cell.w_v_translation));
+      WriteNumber(&file, cell.w_r_translation);
+      WriteNumber(&file, known(cell.paper_product));
     }
     file << '\n';
   }

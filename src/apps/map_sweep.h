@@ -19,7 +19,7 @@ struct MapCell {
   double w_v{0.0}, w_r{0.0}, w_c{0.0};
   int rank_c{0};
   double sigma_min_c{0.0}, condition_c{0.0}, geometric_mean_c{0.0};
-  std::optional<TranslationMeasures> translation;
+  double w_v_translation{0.0}, w_r_translation{0.0}, paper_product{0.0};  ///< If asked for.
 };
 
 /// A map: cells row by row, x runs fastest.

@@ -66,20 +66,9 @@ std::optional<double> HiddenMotion(const MeasureSetup& setup, const Measurement&
   std::vector<PointJacobian> points;
   for (std::size_t i = 0; i < setup.points.size(); ++i) {
     if (!setup.points[i].on_body) continue;
-    points.push_back(
-        PointJacobianOf(m.J_r, m.kinematics.X_WE.linear() * setup.points[i].marker.p));
+    points.push_back(PointJacobianOf(m.J_r, m.kinematics.X_WE.linear() * setup.points[i].marker.p));
   }
   return WorstMillimetresPerPixel(m.composite, points);
-}
-
-TranslationMeasures MeasureTranslation(const Measurement& m, int dimension) {
-  const TaskJacobian J_v = m.J_v.leftCols(dimension);
-  const TaskJacobian J_r = m.J_r.topRows(dimension);
-  TranslationMeasures result;
-  result.view = MeasureOf(J_v, dimension);
-  result.arm = MeasureOf(J_r, dimension);
-  result.product = result.view.w * result.arm.w;
-  return result;
 }
 
 }  // namespace
@@ -104,7 +93,9 @@ Measurement Evaluate(const MeasureSetup& setup, const JointVector& q, const RigV
   m.low = composite.rank < needed || composite.geometric_mean() < setup.threshold;
   m.cause = DiagnoseLowMeasure(m.composite, m.arm.measure, m.J_r, needed, m.low);
   m.mm_per_px = HiddenMotion(setup, m);
-  if (setup.translation_task > 0) m.translation = MeasureTranslation(m, setup.translation_task);
+  if (setup.translation_task > 0) {
+    m.translation = ComputePaperProduct(m.J_v, m.J_r, setup.translation_task);
+  }
   return m;
 }
 

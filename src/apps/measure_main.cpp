@@ -29,11 +29,13 @@ int List() {
 int Run(const Arguments& arguments) {
   if (arguments.list) return List();
   if (arguments.file.empty() == arguments.oracle_case.empty()) {
-    throw ConfigError("", "", "name one file to measure, or one --oracle-case FILE ID (see --help)");
+    throw ConfigError("", "",
+                      "name one file to measure, or one --oracle-case FILE ID (see --help)");
   }
-  const MeasureSetup setup = arguments.oracle_case.empty()
-                                 ? FindMeasureSetup(arguments.file)
-                                 : LoadOracleSetup(arguments.oracle_case[0], arguments.oracle_case[1]);
+  const MeasureSetup setup =
+      arguments.oracle_case.empty()
+          ? FindMeasureSetup(arguments.file)
+          : LoadOracleSetup(arguments.oracle_case[0], arguments.oracle_case[1]);
   const Measurement measurement = Evaluate(setup, setup.q, setup.q_c);
   std::cout << (arguments.json ? ToJson(setup, measurement) : ToTable(setup, measurement));
   return kExitOk;
@@ -45,7 +47,8 @@ int Run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   vantage::Arguments arguments;
   CLI::App app(
-      "Measures one configuration of arm, camera and features: Jacobians, singular values, w_v, w_r, w_c, "
+      "Measures one configuration of arm, camera and features: Jacobians, singular values, w_v, "
+      "w_r, w_c, "
       "the ellipsoid and the cause of a low w_c.",
       "vantage-measure");
   app.add_option("file", arguments.file, "YAML file, or a built-in one (see --list)");

@@ -159,8 +159,8 @@ std::string JointsText(const MeasureSetup& setup) {
 }
 
 std::string CameraText(const MeasureSetup& setup, const Measurement& m) {
-  std::string text = "at " + Triple(m.X_WC.translation()) + " m, optical axis " +
-                     Triple(m.X_WC.linear().col(2));
+  std::string text =
+      "at " + Triple(m.X_WC.translation()) + " m, optical axis " + Triple(m.X_WC.linear().col(2));
   if (setup.eye_in_hand) return "in hand, " + text;
   for (int i = 0; i < setup.rig.size(); ++i) {
     const RigAxis& rig_axis = setup.rig.axes[i];
@@ -201,16 +201,14 @@ std::string MeasuresTable(const Measurement& m) {
   add("w", [](const Measure& a) { return Short(a.w); });
   add("log w", [](const Measure& a) { return Short(a.log_w); });
   add("w^(1/s)", [](const Measure& a) { return Short(a.geometric_mean()); });
-  add("rank of s", [](const Measure& a) {
-    return std::to_string(a.rank) + " of " + std::to_string(a.size());
-  });
+  add("rank of s",
+      [](const Measure& a) { return std::to_string(a.rank) + " of " + std::to_string(a.size()); });
   add("condition", [](const Measure& a) { return Short(a.condition); });
   int most = 0;
   for (const Measure* measure : measures) most = std::max(most, measure->size());
   for (int i = 0; i < most; ++i) {
-    add("sigma " + std::to_string(i + 1), [i](const Measure& a) {
-      return i < a.size() ? Short(a.sigma(i)) : std::string();
-    });
+    add("sigma " + std::to_string(i + 1),
+        [i](const Measure& a) { return i < a.size() ? Short(a.sigma(i)) : std::string(); });
   }
   return "Measures\n" + Aligned(lines);
 }
@@ -257,7 +255,8 @@ std::string Conclusions(const MeasureSetup& setup, const Measurement& m) {
   if (m.translation) {
     line("translation alone", "w_v " + Short(m.translation->view.w) + ", w_r " +
                                   Short(m.translation->arm.w) + ", paper product " +
-                                  Short(m.translation->product));
+                                  Short(m.translation->product) +
+                                  (m.translation->exact ? " (is w_c)" : " (is not w_c)"));
   }
   return text;
 }
@@ -303,7 +302,8 @@ std::string ToJson(const MeasureSetup& setup, const Measurement& m) {
   if (m.translation) {
     json["translation"] = {{"w_v", m.translation->view.w},
                            {"w_r", m.translation->arm.w},
-                           {"paper_product", m.translation->product}};
+                           {"paper_product", m.translation->product},
+                           {"exact", m.translation->exact}};
   }
   return json.dump(2) + "\n";
 }
@@ -312,7 +312,8 @@ std::string ToTable(const MeasureSetup& setup, const Measurement& m) {
   const Cells names = FeatureNames(setup, m);
   const Cells twist(std::begin(kTwistNames), std::end(kTwistNames));
   const std::string unit = setup.pixels ? "px" : "units of f";
-  std::string text = setup.name + (setup.description.empty() ? "" : ": " + setup.description) + "\n";
+  std::string text =
+      setup.name + (setup.description.empty() ? "" : ": " + setup.description) + "\n";
   text += "  arm     " + setup.arm.name() + ": " + JointsText(setup) + "\n";
   const Eigen::Isometry3d& X_WE = m.kinematics.X_WE;
   text += "  E       at " + Triple(X_WE.translation()) + " m, z axis " +
@@ -322,9 +323,9 @@ std::string ToTable(const MeasureSetup& setup, const Measurement& m) {
   if (m.rows.size() == 0) {
     text += "No feature is seen: J_v and J_c have no rows.\n\n";
   } else {
-    text += MatrixTable("J_v: features by the end effector's twist in world axes [" + unit +
-                            " per m, per rad]",
-                        names, twist, m.J_v);
+    text += MatrixTable(
+        "J_v: features by the end effector's twist in world axes [" + unit + " per m, per rad]",
+        names, twist, m.J_v);
   }
   text += MatrixTable("J_r: that twist by the joints [m, rad per rad or m]", twist,
                       setup.arm.joint_names(), m.J_r);

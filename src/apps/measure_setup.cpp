@@ -27,8 +27,8 @@ std::pair<CameraModel, bool> LoadLens(const Section& root) {
       "Units of the features: pixels, or those of `focal` as in the paper (focal 1: normalised).");
   if (pixels) return {LoadCamera(section), true};
   CameraModel camera;
-  camera.fx = camera.fy = section.Number("focal", {1e-6, 1e6, ""}, kRequired,
-                                         "Metric units: the focal length f.");
+  camera.fx = camera.fy =
+      section.Number("focal", {1e-6, 1e6, ""}, kRequired, "Metric units: the focal length f.");
   camera.u0 = camera.v0 = 0.0;
   return {camera, false};
 }
@@ -48,8 +48,8 @@ RigSetup LoadSphere(const Section& section) {
                                        "Angle from the world's z axis.");
   setup.q_c_start(2) = section.Degrees("phi_deg", {-3600.0, 3600.0, "deg"}, 0.0,
                                        "Angle about the world's z axis, from x.");
-  setup.q_c_start(3) = section.Degrees("roll_deg", {-3600.0, 3600.0, "deg"}, 0.0,
-                                       "Turn about the optical axis.");
+  setup.q_c_start(3) =
+      section.Degrees("roll_deg", {-3600.0, 3600.0, "deg"}, 0.0, "Turn about the optical axis.");
   // The axes are free: a map sweeps them where it likes.
   setup.rig.axes = {{"R", 1e-3, kFarthest, 1.0, 1.0},
                     {"theta", 0.0, M_PI, 1.0, 1.0},
@@ -73,9 +73,8 @@ std::string OneOf(const Section& root, const std::vector<std::string>& keys,
 }
 
 void LoadMount(const Section& root, MeasureSetup* setup) {
-  const std::string key =
-      OneOf(root, {"camera_sphere", "camera_pose", "camera_in_hand", "camera_rig"},
-            "the camera's place");
+  const std::string key = OneOf(
+      root, {"camera_sphere", "camera_pose", "camera_in_hand", "camera_rig"}, "the camera's place");
   RigSetup rig;
   if (key == "camera_sphere") {
     rig = LoadSphere(root.Child(key, "Camera by spherical coordinates about a target."));
@@ -124,17 +123,18 @@ MeasureSetup LoadMeasureSetup(const Section& root) {
   const int count = static_cast<int>(points.size());
   FeatureSet features(LoadFeatures(root, "features", count), count);
   const auto [camera, pixels] = LoadLens(root);
-  MeasureSetup setup{"",     description, std::move(arm), q,  camera, pixels,
-                     false,  Eigen::Isometry3d::Identity(), {}, {},    points,
-                     features, 0, 0.0};
+  MeasureSetup setup{
+      "", description, std::move(arm), q, camera, pixels, false, Eigen::Isometry3d::Identity(), {},
+      {}, points,      features,       0, 0.0};
   LoadMount(root, &setup);
-  setup.translation_task = root.Choice<int>(
-      "translation_task", {{"none", 0}, {"plane", 2}, {"space", 3}}, 0,
-      "Also measure J_v and J_r of E's translation alone, as the paper's examples do: in W's x and y, "
-      "or in space.");
-  setup.threshold = root.Number("threshold", {0.0, 1e12, "px/rad"},
-                                pixels ? TriggerOptions{}.threshold : 0.0,
-                                "w_c^(1/s) below which w_c counts as low.");
+  setup.translation_task =
+      root.Choice<int>("translation_task", {{"none", 0}, {"plane", 2}, {"space", 3}}, 0,
+                       "Also measure J_v and J_r of E's translation alone, as the paper's examples "
+                       "do: in W's x and y, "
+                       "or in space.");
+  setup.threshold =
+      root.Number("threshold", {0.0, 1e12, "px/rad"}, pixels ? TriggerOptions{}.threshold : 0.0,
+                  "w_c^(1/s) below which w_c counts as low.");
   return setup;
 }
 

@@ -22,9 +22,9 @@ namespace vantage {
 
 /// A point that features are computed from.
 struct MeasuredPoint {
-  Marker marker;           ///< Where it is; a plain point uses its position alone.
-  bool on_body{true};      ///< Fixed to E; false: to W.
-  bool one_sided{false};   ///< A marker: its back and the arm's links hide it. A point is a point.
+  Marker marker;          ///< Where it is; a plain point uses its position alone.
+  bool on_body{true};     ///< Fixed to E; false: to W.
+  bool one_sided{false};  ///< A marker: its back and the arm's links hide it. A point is a point.
 };
 
 /// One arm, camera and set of features at one configuration.
@@ -32,13 +32,13 @@ struct MeasureSetup {
   std::string name;         ///< Of the file, without folder and ending.
   std::string description;  ///< One line.
   ArmModel arm;
-  JointVector q;            ///< [rad or m].
-  CameraModel camera;       ///< Metric or normalised units: fx = fy = f, u0 = v0 = 0.
+  JointVector q;       ///< [rad or m].
+  CameraModel camera;  ///< Metric or normalised units: fx = fy = f, u0 = v0 = 0.
   /// Features in pixels. False: in the units of the focal length, without a border of the image.
   bool pixels{true};
   bool eye_in_hand{false};
   Eigen::Isometry3d X_EC{Eigen::Isometry3d::Identity()};  ///< Camera in E, for eye_in_hand.
-  CameraRig rig;            ///< Where the camera stands otherwise.
+  CameraRig rig;                                          ///< Where the camera stands otherwise.
   RigVector q_c;
   std::vector<MeasuredPoint> points;
   FeatureSet features;
