@@ -58,7 +58,8 @@ CapsuleShape CapsuleOnLine(const std::vector<Vector3d>& points, const Vector3d& 
 struct PrincipalFrame {
   Matrix3d axes{Matrix3d::Identity()};
   Vector3d centre{Vector3d::Zero()};
-  Vector3d low{Vector3d::Zero()}, high{Vector3d::Zero()};  // Extents along the axes, from the origin.
+  Vector3d low{Vector3d::Zero()},
+      high{Vector3d::Zero()};  // Extents along the axes, from the origin.
 };
 
 PrincipalFrame FindPrincipalFrame(const std::vector<Vector3d>& points) {
@@ -165,8 +166,7 @@ double QuickVolume(const std::vector<Vector3d>& points) {
   const PrincipalFrame frame = FindPrincipalFrame(points);
   double least = kInfinity;
   for (int axis = 0; axis < 2; ++axis) {
-    least = std::min(least,
-                     Volume(CapsuleOnLine(points, frame.centre, frame.axes.col(axis), 0.0)));
+    least = std::min(least, Volume(CapsuleOnLine(points, frame.centre, frame.axes.col(axis), 0.0)));
   }
   return least;
 }
@@ -203,22 +203,21 @@ TriangleSurface Clip(const TriangleSurface& surface, const Plane& plane, double 
   return part;
 }
 
-// The corners of both sides' clipped triangles, without the triangles.
+// The corners of both sides' clipped triangles, without the triangles. Of a large surface some only.
 std::pair<std::vector<Vector3d>, std::vector<Vector3d>> SplitPoints(const TriangleSurface& surface,
                                                                     const Plane& plane) {
+  constexpr std::size_t kEnough = 2000;
+  const std::size_t stride = 1 + surface.triangles.size() / kEnough;
   std::pair<std::vector<Vector3d>, std::vector<Vector3d>> sides;
-  std::vector<double> above(surface.points.size());
-  for (std::size_t i = 0; i < above.size(); ++i) {
-    above[i] = plane.Above(surface.points[i]);
-    (above[i] >= 0.0 ? sides.second : sides.first).push_back(surface.points[i]);
-  }
-  for (const auto& triangle : surface.triangles) {
+  for (std::size_t k = 0; k < surface.triangles.size(); k += stride) {
     for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t a = triangle[i];
-      const std::uint32_t b = triangle[(i + 1) % 3];
-      if ((above[a] < 0.0) == (above[b] < 0.0)) continue;
-      const Vector3d cut = surface.points[a] + above[a] / (above[a] - above[b]) *
-                                                   (surface.points[b] - surface.points[a]);
+      const Vector3d& a = surface.points[surface.triangles[k][i]];
+      const Vector3d& b = surface.points[surface.triangles[k][(i + 1) % 3]];
+      const double above_a = plane.Above(a);
+      const double above_b = plane.Above(b);
+      (above_a >= 0.0 ? sides.second : sides.first).push_back(a);
+      if ((above_a < 0.0) == (above_b < 0.0)) continue;
+      const Vector3d cut = a + above_a / (above_a - above_b) * (b - a);
       sides.first.push_back(cut);
       sides.second.push_back(cut);
     }

@@ -34,17 +34,19 @@ void RequireFile(const std::string& path) {
 
 // Points and lines are sorted into meshes of their own, and those are dropped.
 const aiScene* Import(Assimp::Importer* importer, const std::string& path) {
-  unsigned int steps = aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_GenSmoothNormals |
-                       aiProcess_JoinIdenticalVertices;
+  const unsigned int steps = aiProcess_RemoveComponent | aiProcess_Triangulate |
+                             aiProcess_SortByPType | aiProcess_GenSmoothNormals |
+                             aiProcess_JoinIdenticalVertices;
   importer->SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                                aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   importer->SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer->SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, kSharpEdge);
-  if (LowerExtension(path) == ".stl") {
-    // One normal to a facet: they would keep every edge sharp and every vertex apart.
-    steps |= aiProcess_RemoveComponent;
-    importer->SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS);
-  }
+  // What nobody draws would keep vertices apart; an STL's normals, one to a facet, would keep every
+  // edge sharp as well.
+  int unwanted = aiComponent_TEXCOORDS | aiComponent_COLORS | aiComponent_TANGENTS_AND_BITANGENTS |
+                 aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS;
+  if (LowerExtension(path) == ".stl") unwanted |= aiComponent_NORMALS;
+  importer->SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, unwanted);
   const aiScene* scene = importer->ReadFile(path, steps);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw MeshError(path, std::string("cannot be read as a mesh: ") + importer->GetErrorString());

@@ -37,19 +37,34 @@ fs::path BelowPackage(const fs::path& folder, const std::string& name, const fs:
   return {};
 }
 
-fs::path FindInPackage(const std::string& name, const fs::path& rest, const fs::path& urdf,
-                       const std::vector<std::string>& package_folders) {
-  for (const std::string& folder : package_folders) {
-    const fs::path found = BelowPackage(fs::path(folder).lexically_normal(), name, rest);
-    if (!found.empty()) return found;
-  }
+// The folder of a file and those above it.
+std::vector<fs::path> FoldersAbove(const fs::path& file) {
+  std::vector<fs::path> folders;
   std::error_code error;
-  fs::path folder = fs::absolute(urdf, error).lexically_normal().parent_path();
+  fs::path folder = fs::absolute(file, error).lexically_normal().parent_path();
   while (!error) {
-    const fs::path found = BelowPackage(folder, name, rest);
-    if (!found.empty()) return found;
+    folders.push_back(folder);
     if (folder == folder.parent_path()) break;
     folder = folder.parent_path();
+  }
+  return folders;
+}
+
+fs::path FindInPackage(const std::string& name, const fs::path& rest, const fs::path& urdf,
+                       const std::vector<std::string>& package_folders) {
+  std::vector<fs::path> folders;
+  for (const std::string& folder : package_folders) {
+    folders.push_back(fs::path(folder).lexically_normal());
+  }
+  const std::vector<fs::path> above = FoldersAbove(urdf);
+  folders.insert(folders.end(), above.begin(), above.end());
+  for (const fs::path& folder : folders) {
+    const fs::path found = BelowPackage(folder, name, rest);
+    if (!found.empty()) return found;
+  }
+  // A robot copied out of its package: the same file below another folder.
+  for (const fs::path& folder : folders) {
+    if (IsFile(folder / rest)) return folder / rest;
   }
   return {};
 }
@@ -75,22 +90,25 @@ MeshLocation FindMesh(const std::string& file_name, const std::string& urdf_path
     const std::size_t slash = below.find('/');
     const std::string name = below.substr(0, slash);
     const std::string rest = slash == std::string::npos ? "" : below.substr(slash + 1);
-    if (name.empty() || rest.empty()) return {"", "mesh '" + file_name + "' names no file"};
+    if (name.empty() || rest.empty()) return {"", "mesh '" + file_name + "' names no file", ""};
     const fs::path found = FindInPackage(name, rest, urdf_path, package_folders);
-    if (!found.empty()) return {found.string(), ""};
-    return {"", "mesh '" + file_name + "' not found: no package '" + name +
-                    "' with this file among the package folders and above the URDF file"};
+    if (!found.empty()) return {found.string(), "", ""};
+    return {"",
+            "mesh '" + file_name + "' not found among the package folders or above the URDF file",
+            name};
   }
   fs::path path = file_name;
   const std::string file_scheme = "file://";
   if (file_name.compare(0, file_scheme.size(), file_scheme) == 0) {
     path = file_name.substr(file_scheme.size());
   } else if (file_name.find("://") != std::string::npos) {
-    return {"", "mesh '" + file_name + "': only package://, model:// and file:// are known"};
+    return {"", "mesh '" + file_name + "': only package://, model:// and file:// are known", ""};
   }
   if (path.is_relative()) path = (fs::path(urdf_path).parent_path() / path).lexically_normal();
-  if (!IsFile(path)) return {"", "mesh '" + file_name + "' not found: no file " + path.string()};
-  return {path.string(), ""};
+  if (!IsFile(path)) {
+    return {"", "mesh '" + file_name + "' not found: no file " + path.string(), ""};
+  }
+  return {path.string(), "", ""};
 }
 
 std::vector<std::string> RosPackageFolders() {

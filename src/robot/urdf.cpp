@@ -58,16 +58,15 @@ JointLimits ReadLimits(const UrdfDocument& document, const urdf::Joint& joint,
   if (joint.limits != nullptr) {
     limits.velocity = joint.limits->velocity;
     if (!std::isfinite(limits.velocity) || !(limits.velocity > 0.0)) {
-      document.FailJoint(joint.name,
-                         "limit: velocity must be > 0, is " + Number(limits.velocity));
+      document.FailJoint(joint.name, "limit: velocity must be > 0, is " + Number(limits.velocity));
     }
   }
   limits.acceleration = limits.velocity / options.acceleration_time;
   if (continuous) {
-    notes->push_back(document.Joint(joint.name) + " is continuous: its range is taken as -360 to 360 deg" +
-                     (joint.limits == nullptr
-                          ? ", its greatest speed as " + Number(kContinuousSpeed) + " rad/s"
-                          : ""));
+    notes->push_back(
+        document.Joint(joint.name) + " is continuous: its range is taken as -360 to 360 deg" +
+        (joint.limits == nullptr ? ", its greatest speed as " + Number(kContinuousSpeed) + " rad/s"
+                                 : ""));
   }
   return limits;
 }
@@ -115,9 +114,9 @@ UrdfArm LoadUrdfArm(const std::string& path, const std::string& base_link,
     }
     const Isometry3d X_axis = AlignZ(ReadAxis(document, *joint));
     const Isometry3d X_before = attachments.at(joint->parent_link_name).X_LU * X_PJ;
-    joints.push_back({joint->type == urdf::Joint::PRISMATIC ? JointKind::kPrismatic
-                                                            : JointKind::kRevolute,
-                      X_before * X_axis, X_axis.inverse()});
+    joints.push_back(
+        {joint->type == urdf::Joint::PRISMATIC ? JointKind::kPrismatic : JointKind::kRevolute,
+         X_before * X_axis, X_axis.inverse()});
     limits.push_back(ReadLimits(document, *joint, options, &notes));
     names.push_back(joint->name);
     length += X_before.translation().norm();
@@ -125,9 +124,9 @@ UrdfArm LoadUrdfArm(const std::string& path, const std::string& base_link,
   const Isometry3d X_LastE = attachments.at(chain.tip_link).X_LU;
   length += X_LastE.translation().norm();
 
-  UrdfBodies bodies = MakeBodies(
-      document, attachments, options.package_folders,
-      std::clamp(kStandInShare * length, kThinnestStandIn, kThickestStandIn), &warnings);
+  UrdfBodies bodies =
+      MakeBodies(document, attachments, options.package_folders,
+                 std::clamp(kStandInShare * length, kThinnestStandIn, kThickestStandIn), &warnings);
   if (!chain.other_tips.empty()) {
     notes.push_back(path + ": the end effector is link '" + chain.tip_link +
                     "'; on the same body: " + Listed(chain.other_tips));
@@ -136,12 +135,12 @@ UrdfArm LoadUrdfArm(const std::string& path, const std::string& base_link,
     notes.push_back(path + ": joints off the chain to '" + chain.tip_link +
                     "' do not move: " + Listed(frozen));
   }
-  notes.push_back(path + ": URDF has no acceleration limits; each joint reaches its greatest speed in " +
+  notes.push_back(path +
+                  ": URDF has no acceleration limits; each joint reaches its greatest speed in " +
                   Number(options.acceleration_time) + " s");
-  const ArmModel arm =
-      ArmModel(document.model().getName(), joints, limits, Isometry3d::Identity(), X_LastE,
-               std::move(bodies.capsules), names)
-          .WithVisuals(std::move(bodies.visuals));
+  const ArmModel arm = ArmModel(document.model().getName(), joints, limits, Isometry3d::Identity(),
+                                X_LastE, std::move(bodies.capsules), names)
+                           .WithVisuals(std::move(bodies.visuals));
   return {arm, chain.base_link, chain.tip_link, std::move(warnings), std::move(notes)};
 }
 

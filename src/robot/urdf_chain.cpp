@@ -38,8 +38,8 @@ LinkConstSharedPtr RequireLink(const UrdfDocument& document, const std::string& 
   if (link == nullptr) {
     std::vector<std::string> names;
     for (const auto& entry : document.model().links_) names.push_back(entry.first);
-    document.Fail(std::string(role) + " '" + name + "' is no link of this file; its links: " +
-                  Listed(names));
+    document.Fail(std::string(role) + " '" + name +
+                  "' is no link of this file; its links: " + Listed(names));
   }
   return link;
 }
@@ -88,6 +88,15 @@ std::vector<End> ReachableEnds(const urdf::ModelInterface& model, const LinkCons
   return ends;
 }
 
+// Names that say "the tool sits here", the clearest first: ROS-Industrial's, and common ones.
+int NameRank(const std::string& link) {
+  const auto has = [&](const char* part) { return link.find(part) != std::string::npos; };
+  if (has("tool0")) return 0;
+  if (has("tcp")) return 1;
+  if (has("end_effector") || has("ee_link")) return 2;
+  return 3;
+}
+
 // The link where the ways to two links part.
 std::string Fork(const LinkConstSharedPtr& a, const LinkConstSharedPtr& b) {
   std::set<std::string> above_a;
@@ -104,7 +113,10 @@ void FindDefaultTip(const UrdfDocument& document, const LinkConstSharedPtr& base
                     UrdfChain* chain) {
   std::vector<End> ends = ReachableEnds(document.model(), base);
   const auto more = [](const End& a, const End& b) {
-    return a.moving != b.moving ? a.moving > b.moving : a.joints > b.joints;
+    if (a.moving != b.moving) return a.moving > b.moving;
+    const int rank_a = NameRank(a.link->name);
+    const int rank_b = NameRank(b.link->name);
+    return rank_a != rank_b ? rank_a < rank_b : a.joints > b.joints;
   };
   std::stable_sort(ends.begin(), ends.end(), more);
   const End& best = ends.front();
@@ -162,9 +174,8 @@ Isometry3d ToEigen(const urdf::Pose& pose) {
 UrdfChain FindChain(const UrdfDocument& document, const std::string& base_link,
                     const std::string& tip_link) {
   UrdfChain chain;
-  const LinkConstSharedPtr base = base_link.empty()
-                                      ? document.model().getRoot()
-                                      : RequireLink(document, base_link, "base link");
+  const LinkConstSharedPtr base = base_link.empty() ? document.model().getRoot()
+                                                    : RequireLink(document, base_link, "base link");
   chain.base_link = base->name;
   if (tip_link.empty()) {
     FindDefaultTip(document, base, &chain);
@@ -181,13 +192,14 @@ std::vector<JointConstSharedPtr> MovingJoints(const UrdfDocument& document,
   for (const JointConstSharedPtr& joint : chain.joints) {
     if (IsFixed(*joint)) continue;
     if (!Moves(*joint)) {
-      document.FailJoint(joint->name, joint->type == urdf::Joint::FLOATING
-                                          ? "is floating: an arm has revolute, continuous, prismatic "
-                                            "and fixed joints"
-                                      : joint->type == urdf::Joint::PLANAR
-                                          ? "is planar: an arm has revolute, continuous, prismatic "
-                                            "and fixed joints"
-                                          : "is of no known type");
+      document.FailJoint(joint->name,
+                         joint->type == urdf::Joint::FLOATING
+                             ? "is floating: an arm has revolute, continuous, prismatic "
+                               "and fixed joints"
+                         : joint->type == urdf::Joint::PLANAR
+                             ? "is planar: an arm has revolute, continuous, prismatic "
+                               "and fixed joints"
+                             : "is of no known type");
     }
     if (joint->mimic != nullptr) {
       document.FailJoint(joint->name, "mimics '" + joint->mimic->joint_name +
@@ -196,8 +208,8 @@ std::vector<JointConstSharedPtr> MovingJoints(const UrdfDocument& document,
     moving.push_back(joint);
   }
   if (moving.empty()) {
-    document.FailLink(chain.tip_link, "no joint moves between it and the base link '" +
-                                          chain.base_link + "'");
+    document.FailLink(chain.tip_link,
+                      "no joint moves between it and the base link '" + chain.base_link + "'");
   }
   if (moving.size() > kMaxJoints) {
     document.FailLink(chain.tip_link, std::to_string(moving.size()) +

@@ -38,7 +38,8 @@ struct UrdfChain {
 /// Where a URDF link sits: on which of the arm's links (-1: base), and how.
 struct Attachment {
   int link{-1};
-  Eigen::Isometry3d X_LU{Eigen::Isometry3d::Identity()};  ///< The URDF link's frame in the arm link's.
+  Eigen::Isometry3d X_LU{
+      Eigen::Isometry3d::Identity()};  ///< The URDF link's frame in the arm link's.
 };
 
 /// Of each link of the file. Joints off the chain are frozen; those whose value that fixes are named in

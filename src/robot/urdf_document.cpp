@@ -87,6 +87,16 @@ class LogCapture : public console_bridge::OutputHandler {
   std::vector<std::string> messages_;
 };
 
+// Once each, without those that say nothing.
+std::vector<std::string> Sifted(const std::vector<std::string>& messages) {
+  std::vector<std::string> kept;
+  for (const std::string& message : messages) {
+    if (message.find("xml is not initialized correctly") != std::string::npos) continue;
+    if (std::find(kept.begin(), kept.end(), message) == kept.end()) kept.push_back(message);
+  }
+  return kept;
+}
+
 std::string Joined(const std::vector<std::string>& texts) {
   std::string joined;
   for (const std::string& text : texts) joined += (joined.empty() ? "" : "; ") + text;
@@ -138,12 +148,27 @@ void UrdfDocument::Parse(const std::string& text) {
     } catch (const std::exception& error) {
       exception = error.what();
     }
-    complaints_ = log.Take();
+    complaints_ = Sifted(log.Take());
   }
-  if (model_ == nullptr || model_->getRoot() == nullptr) {
-    if (!exception.empty()) complaints_.push_back(exception);
-    throw ConfigError(path_, "", "not a valid URDF: " + Joined(complaints_));
+  if (model_ != nullptr && model_->getRoot() != nullptr) return;
+  if (!exception.empty()) complaints_.push_back(exception);
+  const int line = LineOfElementIn(complaints_);
+  throw ConfigError(path_ + (line > 0 ? ":" + std::to_string(line) : ""), "",
+                    "not a valid URDF: " + Joined(complaints_));
+}
+
+// Urdfdom names elements, as "[name]" or "'name'", and no lines.
+int UrdfDocument::LineOfElementIn(const std::vector<std::string>& messages) const {
+  for (const std::string& message : messages) {
+    const Lines& lines = message.find("oint") != std::string::npos ? joint_lines_ : link_lines_;
+    for (const auto& [name, line] : lines) {
+      if (message.find("[" + name + "]") != std::string::npos ||
+          message.find("'" + name + "'") != std::string::npos) {
+        return line;
+      }
+    }
   }
+  return 0;
 }
 
 // Urdfdom takes two parents of one link, and circles beside the tree.

@@ -37,6 +37,7 @@ class UrdfDocument {
   void Locate(const std::string& text);
   void Parse(const std::string& text);
   void RequireTree() const;
+  [[nodiscard]] int LineOfElementIn(const std::vector<std::string>& messages) const;
   [[nodiscard]] std::string Where(const Lines& lines, const std::string& name) const;
 
   std::string path_;

@@ -21,8 +21,8 @@ TriangleSurface BoxSurface(const Vector3d& size) {
   TriangleSurface surface;
   for (int i = 0; i < 8; ++i) {
     surface.points.push_back(
-        0.5 * size.cwiseProduct(Vector3d((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1,
-                                         (i & 4) != 0 ? 1 : -1)));
+        0.5 * size.cwiseProduct(
+                  Vector3d((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1)));
   }
   const std::array<std::array<std::uint32_t, 4>, 6> faces{
       {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
@@ -101,6 +101,7 @@ class BodyMaker {
   }
 
   UrdfBodies Take() {
+    WarnOfPackages();
     DropContained();
     return std::move(bodies_);
   }
@@ -116,7 +117,7 @@ class BodyMaker {
   // Shapes of one kind of a link.
   struct Geometry {
     std::vector<Placed> parts;
-    bool any{false};       // The file names some.
+    bool any{false};      // The file names some.
     bool complete{true};  // All of them are there.
   };
 
@@ -221,10 +222,15 @@ class BodyMaker {
     }
     const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
     const Vector3d scale = ToEigen(mesh.scale);
-    require(scale.allFinite() && scale.cwiseAbs().minCoeff() > 0.0, "a mesh needs a scale other than 0");
+    require(scale.allFinite() && scale.cwiseAbs().minCoeff() > 0.0,
+            "a mesh needs a scale other than 0");
     const MeshLocation location = FindMesh(mesh.filename, document_.path(), package_folders_);
     if (location.path.empty()) {
-      Warn(link, kind, location.reason_missing);
+      if (location.missing_package.empty()) {
+        Warn(link, kind, location.reason_missing);
+      } else if (warned_.insert(link.name + location.reason_missing).second) {
+        missing_[location.missing_package].push_back({&link, kind, location.reason_missing});
+      }
       return std::nullopt;
     }
     return MeshShape{location.path, scale};
@@ -233,8 +239,19 @@ class BodyMaker {
   // Once for each reason: visual and collision geometry often name the same file.
   void Warn(const urdf::Link& link, const char* kind, const std::string& reason) {
     if (!warned_.insert(link.name + reason).second) return;
-    warnings_->push_back(document_.Link(link.name) + ", " + kind + ": " + reason +
-                         "; a capsule takes its place");
+    warnings_->push_back(document_.Link(link.name) + ", " + kind + ": " + reason + kStandIn);
+  }
+
+  // A package that is not there is one thing to mend, however many meshes it holds.
+  void WarnOfPackages() {
+    for (const auto& [package, meshes] : missing_) {
+      const Missing& first = meshes.front();
+      std::string text = document_.Link(first.link->name) + ", " + first.kind + ": " + first.reason;
+      if (meshes.size() > 1) {
+        text += ", nor " + std::to_string(meshes.size() - 1) + " more of package '" + package + "'";
+      }
+      warnings_->push_back(text + kStandIn);
+    }
   }
 
   void DropContained() {
@@ -256,11 +273,19 @@ class BodyMaker {
     all = std::move(kept);
   }
 
+  struct Missing {
+    const urdf::Link* link;
+    const char* kind;
+    std::string reason;
+  };
+  static constexpr const char* kStandIn = "; capsules stand in";
+
   const UrdfDocument& document_;
   const std::vector<std::string>& package_folders_;
   double stand_in_radius_;
   std::vector<std::string>* warnings_;
   std::set<std::string> warned_;
+  std::map<std::string, std::vector<Missing>> missing_;  // By package.
   UrdfBodies bodies_;
 };
 

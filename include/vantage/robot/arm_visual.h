@@ -37,7 +37,7 @@ struct CapsuleShape {
 
 /// A mesh file, its coordinates times `scale`.
 struct MeshShape {
-  std::string path;                                 ///< Of an existing file.
+  std::string path;                                ///< Of an existing file.
   Eigen::Vector3d scale{Eigen::Vector3d::Ones()};  ///< May mirror.
 };
 

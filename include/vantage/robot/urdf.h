@@ -32,11 +32,14 @@ struct UrdfArm {
 
 /// Reads the chain from base_link to tip_link.
 ///
-/// Without a base link the file's root is taken. Without a tip link it is the end of the chain with
-/// the most joints; chains end before mimic joints and those that others mimic (grippers). Joints of
-/// the arm are revolute, continuous and prismatic ones; their names are the file's, and link i's frame
-/// is that of the URDF link behind joint i. Fixed joints are merged into them. Joints off the chain
-/// are frozen, at 0 or the nearest value within their limits.
+/// Without a base link the file's root is taken. Without a tip link the chain with the most moving
+/// joints is taken; it ends before mimic joints and those that others mimic (grippers). The tip is then
+/// a link of its last body called ...tool0..., ...tcp..., ...end_effector... or ...ee_link..., in this
+/// order, else the one behind the most fixed joints.
+///
+/// Joints of the arm are revolute, continuous and prismatic ones; their names are the file's, and link
+/// i's frame is that of the URDF link behind joint i. Fixed joints are merged into them. Joints off
+/// the chain are frozen, at 0 or the nearest value within their limits.
 ///
 /// A continuous joint gets the range ±2π. Capsules are fitted to each link's collision geometry, or to
 /// the visual one when there is no other; capsules within others of the same link are left out. A mesh
