@@ -50,8 +50,8 @@ LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener
       run.summary.lowest_trigger_value =
           std::min(run.summary.lowest_trigger_value, output.observability.trigger_value);
     }
-    if (lockstep.time() >= next_sample) {
-      next_sample += 1.0 / kSamplesPerSecond;
+    if (output.observability.k > 0 && lockstep.time() >= next_sample) {
+      next_sample = lockstep.time() + 1.0 / kSamplesPerSecond;
       run.samples.push_back(MakeSample(lockstep.time(), output.status, output.observability));
       run.samples.back().true_error_mm = 1e3 * run.truth.worst_error;
       if (listener) {

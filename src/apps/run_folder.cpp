@@ -17,7 +17,7 @@ RunFolder::RunFolder(const std::string& parent, const std::string& scenario) {
   std::filesystem::create_directories(parent, error);
   // Two runs may start in the same second: create_directory() says who was first.
   for (int i = 1; i < 1000 && !error; ++i) {
-    path_ = i == 1 ? base : base.string() + "-" + std::to_string(i);
+    path_ = i == 1 ? base.string() : base.string() + "-" + std::to_string(i);
     if (std::filesystem::create_directory(path_, error)) return;
   }
   throw Error("cannot make a run folder in " + parent + ": " + error.message());

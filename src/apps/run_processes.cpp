@@ -156,8 +156,9 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
   summary.lowest_trigger_value = std::numeric_limits<double>::infinity();
 
   const Time launch = Clock::now();
-  std::optional<Time> start;         // first report of a servo that has all its inputs
-  std::optional<Time> converged_at;
+  bool started = false;  // the servo has reported with all its inputs
+  bool converged = false;
+  Time start = launch;
   while (!stop.WaitFor(std::chrono::milliseconds(20))) {
     const Time now = Clock::now();
     if (const auto ended = processes.Ended()) {
@@ -166,15 +167,18 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
     }
     const Watcher::State state = watcher.Get();
     const bool reports = state.status && state.observability && state.observability->k > 0;
-    if (!start && reports) start = now;
-    if (!start) {
+    if (!started && reports) {
+      started = true;
+      start = now;
+    }
+    if (!started) {
       if (now - launch < kStartLimit) continue;
       processes.Stop();
       throw Error("no report of a working servo within 20 s.\nvantage-sim said:\n" +
                   LastLines(folder.File("sim.txt")) + "vantage-servo said:\n" +
                   LastLines(folder.File("servo.txt")));
     }
-    const double t = ToSeconds(now - *start);
+    const double t = ToSeconds(now - start);
     RunSample sample = MakeSample(t, *state.status, *state.observability);
     if (state.truth) sample.true_error_mm = 1e3 * state.truth->worst_error;
     outcome.samples.push_back(sample);
@@ -184,13 +188,10 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
     summary.observability = *state.observability;
     summary.duration = t;
 
-    if (state.status->state != ServoState::kConverged) {
-      converged_at.reset();
-    } else if (!converged_at) {
-      converged_at = now;
-      summary.time_to_converge = t;
-    }
-    if (converged_at && ToSeconds(now - *converged_at) >= kAfterConvergence) {
+    const bool stands = state.status->state == ServoState::kConverged;
+    if (stands && !converged) summary.time_to_converge = t;
+    converged = stands;
+    if (converged && t - summary.time_to_converge >= kAfterConvergence) {
       summary.converged = true;
       summary.end = "converged";
       break;

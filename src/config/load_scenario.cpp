@@ -46,6 +46,8 @@ ServoOptions LoadServo(const Section& section) {
       staleness.Number("camera_pose", age, defaults.staleness.camera_pose, "Camera pose.");
   servo.staleness.features =
       staleness.Number("features", age, defaults.staleness.features, "Exposure of the newest image.");
+  servo.staleness.marker = staleness.Number("marker", {0.0, 10.0, "s"}, defaults.staleness.marker,
+                                            "A marker not seen is carried on by the model this long.");
   const Section convergence = section.OptionalChild("convergence", "When the task counts as done.");
   servo.convergence.tolerance_px =
       convergence.Number("tolerance_px", {0.001, 1000.0, "px"}, defaults.convergence.tolerance_px,

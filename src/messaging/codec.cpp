@@ -15,6 +15,7 @@
 #include <vantage_msgs/joint_state_t.hpp>
 #include <vantage_msgs/observability_t.hpp>
 #include <vantage_msgs/servo_status_t.hpp>
+#include <vantage_msgs/sim_truth_t.hpp>
 
 #include "vantage/messaging/message_guard.h"
 
@@ -179,12 +180,12 @@ Refusal CheckObservability(const vantage_msgs::observability_t& wire) noexcept {
                  Refusal::kLimit);
   if (checks.failed()) return checks.result();
   checks.Finite({wire.w_v, wire.w_r, wire.w_c, wire.geometric_mean, wire.sigma_min_v,
-                 wire.sigma_min_r, wire.sigma_min_c, wire.mm_per_px, wire.threshold,
-                 wire.trigger_value});
-  // A singular J_c has log w = -inf and an infinite condition number.
+                 wire.sigma_min_r, wire.sigma_min_c, wire.threshold, wire.trigger_value});
+  // A singular J_c has log w = -inf and an infinite condition number, and hides any motion.
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   checks.Require(std::isfinite(wire.log_w_c) || wire.log_w_c == -kInfinity, Refusal::kNotFinite);
   checks.Require(std::isfinite(wire.condition) || wire.condition == kInfinity, Refusal::kNotFinite);
+  checks.Require(std::isfinite(wire.mm_per_px) || wire.mm_per_px == kInfinity, Refusal::kNotFinite);
   checks.Finite(wire.sigma.data(), wire.num_sigma);
   for (const std::vector<double>& axis : wire.axes) checks.Finite(axis.data(), wire.k);
   checks.UpTo(wire.num_sigma, wire.rank)
@@ -348,6 +349,25 @@ Refusal Decode(const void* data, std::size_t size, ServoStatus* out) noexcept {
   return Refusal::kNone;
 }
 
+Refusal Decode(const void* data, std::size_t size, GroundTruth* out) noexcept {
+  vantage_msgs::sim_truth_t wire;
+  const Refusal refusal = DecodeWire(data, size, kMaxStateBytes, &wire);
+  if (refusal != Refusal::kNone) return refusal;
+  Checks checks;
+  checks.Require(wire.num_joints >= 1 && wire.num_joints <= kMaxJoints, Refusal::kLimit);
+  if (checks.failed()) return checks.result();
+  checks.Magnitude(wire.position.data(), wire.num_joints)
+      .Finite({wire.worst_error, wire.rms_error})
+      .NotNegative({wire.limit_violations});
+  if (checks.Stamp(wire.utime).failed()) return checks.result();
+  out->stamp = FromMicroseconds(wire.utime);
+  out->q = Eigen::Map<const Eigen::VectorXd>(wire.position.data(), wire.num_joints);
+  out->worst_error = wire.worst_error;
+  out->rms_error = wire.rms_error;
+  out->limit_violations = wire.limit_violations;
+  return Refusal::kNone;
+}
+
 Refusal Decode(const void* data, std::size_t size, CameraImage* out) noexcept {
   bot_core::image_t wire;
   Refusal refusal = DecodeWire(data, size, kMaxImageBytes, &wire);
@@ -449,6 +469,17 @@ void Encode(const ServoStatus& value, Bytes* out) {
   wire.refused_messages = value.refused_messages;
   wire.dropped_messages = value.dropped_messages;
   wire.stops = value.stops;
+  EncodeWire(wire, out);
+}
+
+void Encode(const GroundTruth& value, Bytes* out) {
+  vantage_msgs::sim_truth_t wire;
+  wire.utime = ToMicroseconds(value.stamp);
+  wire.num_joints = static_cast<std::int32_t>(value.q.size());
+  wire.position.assign(value.q.begin(), value.q.end());
+  wire.worst_error = value.worst_error;
+  wire.rms_error = value.rms_error;
+  wire.limit_violations = value.limit_violations;
   EncodeWire(wire, out);
 }
 

@@ -60,7 +60,7 @@ void PutDouble(Bytes* bytes, Random* random) {
   const std::size_t at = Below(bytes->size(), random) & ~std::size_t{3};
   const std::uint16_t leading = kLeading[Below(kLeading.size(), random)];
   for (std::size_t i = 0; i < 8 && at + i < bytes->size(); ++i) {
-    (*bytes)[at + i] = i < 2 ? static_cast<std::uint8_t>(leading >> (8 - 8 * i)) : 0;
+    (*bytes)[at + i] = static_cast<std::uint8_t>(i < 2 ? leading >> (8 - 8 * i) : 0);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "vantage/messaging/camera_image.h"
 #include "vantage/messaging/refusal.h"
 #include "vantage/robot/joint_state.h"
+#include "vantage/servo/ground_truth.h"
 #include "vantage/servo/servo_report.h"
 
 /// @file
@@ -38,6 +39,7 @@ inline constexpr double kMaxMagnitude = 1e6;
 [[nodiscard]] Refusal Decode(const void* data, std::size_t size, ImageFeatures* out) noexcept;
 [[nodiscard]] Refusal Decode(const void* data, std::size_t size, ObservabilityReport* out) noexcept;
 [[nodiscard]] Refusal Decode(const void* data, std::size_t size, ServoStatus* out) noexcept;
+[[nodiscard]] Refusal Decode(const void* data, std::size_t size, GroundTruth* out) noexcept;
 [[nodiscard]] Refusal Decode(const void* data, std::size_t size, CameraImage* out) noexcept;
 
 /// The value as a message; *out keeps its capacity. What is encoded is what was given: checking is the
@@ -49,6 +51,7 @@ void Encode(const ImageFeatures& value, Bytes* out);
 /// @pre value.axes has value.k rows, or no columns.
 void Encode(const ObservabilityReport& value, Bytes* out);
 void Encode(const ServoStatus& value, Bytes* out);
+void Encode(const GroundTruth& value, Bytes* out);
 void Encode(const CameraImage& value, Bytes* out);
 
 }  // namespace vantage

@@ -9,6 +9,8 @@ struct StalenessLimits {
   double joint_state{0.05};   ///< [s]; > 0.
   double camera_pose{0.25};   ///< [s]; > 0.
   double features{0.25};      ///< Age of the newest image's exposure [s]; > 0.
+  /// A marker that the newest image does not show is carried on by the model for this long [s]; >= 0.
+  double marker{0.15};
 };
 
 /// When a servo counts as converged.
