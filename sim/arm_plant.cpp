@@ -11,6 +11,8 @@ namespace {
 
 // Rounding, and the travel of one plant step, are no violations.
 constexpr double kSlack = 1e-9;
+// Messages carry whole microseconds [s].
+constexpr double kStampStep = 2e-6;
 
 JointVector Noise(int n, double sigma, std::mt19937_64* random) {
   std::normal_distribution<double> normal(0.0, 1.0);
@@ -31,6 +33,7 @@ ArmPlant::ArmPlant(ArmModel arm, const JointVector& q_start, const ArmEffects& e
   bias_ = Noise(arm_.size(), effects_.encoder_bias, &random_);
   qdot_ = JointVector::Zero(arm_.size());
   target_ = qdot_;
+  last_qdot_ = qdot_;
 }
 
 void ArmPlant::Accept(const JointCommand& command, Time now) {
@@ -39,15 +42,17 @@ void ArmPlant::Accept(const JointCommand& command, Time now) {
     ++violations_.not_finite;
     return;
   }
-  // Commands may bunch up on their way: the time between them is at least a plant step.
-  const double dt = commanded_ ? std::max(ToSeconds(now - last_command_), 1e-3) : 1e-3;
+  // By the commands' own stamps: what happens on their way is not the controller's. A first command, or
+  // one after a rest, may come from a standstill.
+  const double dt = commanded_ ? ToSeconds(command.stamp - last_stamp_) + kStampStep : 0.0;
   for (int i = 0; i < n; ++i) {
-    const JointLimits& limit = arm_.limits()[i];
+    const JointLimits& limit = arm_.limits()[static_cast<std::size_t>(i)];
     if (std::abs(command.qdot(i)) > limit.velocity + kSlack) ++violations_.velocity;
-    // One control period of jitter in the arrival is the transport's, not the controller's.
-    const double change = std::abs(command.qdot(i) - target_(i));
-    if (change > limit.acceleration * (dt + 0.004) + kSlack) ++violations_.acceleration;
+    const double change = std::abs(command.qdot(i) - last_qdot_(i));
+    if (commanded_ && change > limit.acceleration * dt + kSlack) ++violations_.acceleration;
   }
+  last_qdot_ = command.qdot;
+  last_stamp_ = command.stamp;
   target_ = command.qdot;
   last_command_ = now;
   commanded_ = true;

@@ -45,6 +45,8 @@ class ArmPlant {
   ArmEffects effects_;
   std::mt19937_64 random_;
   JointVector bias_, q_, qdot_, target_;
+  JointVector last_qdot_;        // as commanded, for the monitor
+  Time last_stamp_{};
   Time last_command_{};
   bool commanded_{false};
   LimitViolations violations_;

@@ -23,8 +23,8 @@ CameraDriver::CameraDriver(Renderer renderer, CameraKnowledge knowledge,
 void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const SceneState& truth,
                           const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured) {
   const Duration period = FromSeconds(1.0 / effects_.rate);
-  // Kept on the camera's own grid, whatever the steps of the plant are.
-  next_exposure_ = next_exposure_ == Time{} ? now + period : next_exposure_ + period;
+  // On the camera's own grid, whatever the steps of the plant are.
+  next_exposure_ += period;
 
   const Eigen::Isometry3d X_CW = X_WC_measured.inverse();
   const Eigen::Isometry3d X_CE = X_CW * EndEffectorPose(knowledge_.arm, q_measured);
@@ -62,11 +62,6 @@ std::optional<ImageFeatures> CameraDriver::Deliver(Time now) {
     pending_.pop_front();
   }
   return newest;
-}
-
-void CameraDriver::RenderColour(const Eigen::Isometry3d& X_WC_true, const SceneState& truth,
-                                ColourImage* image) {
-  renderer_.RenderColour(X_WC_true, truth, image);
 }
 
 }  // namespace vantage::sim

@@ -30,6 +30,9 @@ class CameraDriver {
   CameraDriver(Renderer renderer, CameraKnowledge knowledge, const CameraEffects& effects,
                std::uint64_t seed);
 
+  /// The first image is due at `now`.
+  void Start(Time now) noexcept { next_exposure_ = now; }
+
   /// True when the next image is due at `now`.
   [[nodiscard]] bool Due(Time now) const noexcept { return now >= next_exposure_; }
 
@@ -39,9 +42,6 @@ class CameraDriver {
 
   /// The newest features whose latency has passed, once each.
   [[nodiscard]] std::optional<ImageFeatures> Deliver(Time now);
-
-  /// The view in colour, for people.
-  void RenderColour(const Eigen::Isometry3d& X_WC_true, const SceneState& truth, ColourImage* image);
 
   /// What became of each marker in the last image: the arm's, then the goal's.
   [[nodiscard]] const MarkerDetections& detections() const noexcept {

@@ -1,6 +1,10 @@
 #include "sim/world.h"
 
+#include <algorithm>
 #include <cmath>
+#include <random>
+
+#include "sim/render/arm_scene.h"
 
 namespace vantage::sim {
 namespace {
@@ -19,7 +23,7 @@ std::uint64_t SeedOf(const SimOptions& options, Stream stream) {
 CameraModel TrueCamera(const Scenario& scenario) {
   std::mt19937_64 random(SeedOf(scenario.sim, Stream::kCalibration) + 7u);
   std::normal_distribution<double> normal(0.0, 1.0);
-  CameraModel camera = scenario.camera;
+  CameraModel camera = scenario.task.view.camera;
   const double factor = 1.0 + scenario.sim.camera.focal_error * normal(random);
   camera.fx *= factor;
   camera.fy *= factor;
@@ -36,27 +40,38 @@ Isometry3d PoseError(const SimOptions& options) {
   return Advance(Isometry3d::Identity(), step);
 }
 
-Scene MakeScene(const Scenario& scenario) {
-  Scene scene = ArmScene(scenario.robot);
-  for (const Marker& marker : scenario.markers) scene.markers.push_back({kToolFrame, marker});
-  for (const Marker& marker : scenario.sim.goal_markers) scene.markers.push_back({kWorldFrame, marker});
-  return scene;
+std::vector<Marker> GoalPriors(const Scenario& scenario) {
+  std::vector<Marker> markers = scenario.sim.goal_markers;
+  for (std::size_t i = 0; i < markers.size(); ++i) markers[i].p = scenario.task.goal.p_WG[i];
+  return markers;
 }
 
 CameraDriver MakeCamera(const Scenario& scenario) {
-  return {Renderer(MakeGlContext(), TrueCamera(scenario), MakeScene(scenario)),
-          {scenario.robot, scenario.camera, scenario.markers, scenario.GoalMarkerPriors()},
-          scenario.sim.camera, SeedOf(scenario.sim, Stream::kCamera)};
+  const ViewModel& view = scenario.task.view;
+  return {MakeRenderer(scenario),
+          {view.arm, view.camera, view.markers, GoalPriors(scenario)},
+          scenario.sim.camera,
+          SeedOf(scenario.sim, Stream::kCamera)};
 }
 
 }  // namespace
 
-World::World(const Scenario& scenario)
+Renderer MakeRenderer(const Scenario& scenario) {
+  const ViewModel& view = scenario.task.view;
+  return {MakeGlContext(GlBackend::kOsmesa), TrueCamera(scenario),
+          MakeArmScene(view.arm, view.markers, scenario.sim.goal_markers)};
+}
+
+World::World(const Scenario& scenario, Time start)
     : scenario_(scenario),
-      arm_(scenario.robot, scenario.sim.q_start, scenario.sim.arm, SeedOf(scenario.sim, Stream::kArm)),
+      arm_(scenario.task.view.arm, scenario.sim.q_start, scenario.sim.arm,
+           SeedOf(scenario.sim, Stream::kArm)),
       rig_(scenario.rig, scenario.q_c_start),
       X_error_(PoseError(scenario.sim)),
-      camera_(MakeCamera(scenario)) {}
+      camera_(MakeCamera(scenario)),
+      now_(start) {
+  camera_.Start(start);
+}
 
 SceneState World::Scene() const {
   return {ComputeLinkPoses(arm_.arm(), arm_.q()), EndEffectorPose(arm_.arm(), arm_.q())};
@@ -78,17 +93,22 @@ void World::Advance(Time now) {
   }
 }
 
-Truth World::truth() const {
-  Truth truth;
+void World::SkipTo(Time now) {
+  if (now <= now_) return;
+  now_ = now;
+  camera_.Start(now);
+}
+
+GroundTruth World::truth() const {
+  GroundTruth truth;
   truth.stamp = now_;
   truth.q = arm_.q();
-  truth.X_WC = rig_.X_WC();
-  truth.violations = arm_.violations();
-  const std::vector<Vector3d> goal = scenario_.TrueGoalPoints();
+  truth.limit_violations = arm_.violations().total();
+  const std::vector<Vector3d>& goal = scenario_.p_WG_true;
   const Isometry3d X_WE = EndEffectorPose(arm_.arm(), arm_.q());
   double sum = 0.0;
   for (std::size_t i = 0; i < goal.size(); ++i) {
-    const double distance = (X_WE * scenario_.markers[i].p - goal[i]).norm();
+    const double distance = (X_WE * scenario_.task.view.markers[i].p - goal[i]).norm();
     truth.worst_error = std::max(truth.worst_error, distance);
     sum += distance * distance;
   }
@@ -96,6 +116,6 @@ Truth World::truth() const {
   return truth;
 }
 
-void World::RenderColour(ColourImage* image) { camera_.RenderColour(rig_.X_WC(), Scene(), image); }
+WorldView World::view() const { return {now_, rig_.X_WC(), Scene()}; }
 
 }  // namespace vantage::sim

@@ -7,6 +7,7 @@
 #include "sim/camera_driver.h"
 #include "sim/rig_plant.h"
 #include "vantage/config/scenario.h"
+#include "vantage/servo/ground_truth.h"
 
 /// @file
 /// The simulated cell: arm, camera rig, camera. The same code runs on the wall clock (vantage-sim) and
@@ -14,20 +15,20 @@
 
 namespace vantage::sim {
 
-/// What only a simulator can know. For reports and tests; never for the controller.
-struct Truth {
+/// What a picture of the cell needs: cheap to copy between threads.
+struct WorldView {
   Time stamp{};
-  JointVector q;                                             ///< [rad or m].
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};
-  double worst_error{0.0};   ///< Largest distance of a marker to its goal point [m].
-  double rms_error{0.0};     ///< Root mean square of the same [m].
-  LimitViolations violations;
+  SceneState scene;
 };
+
+/// A renderer of the scenario's scene through its true camera.
+[[nodiscard]] Renderer MakeRenderer(const Scenario& scenario);
 
 class World {
  public:
   /// Throws ConfigError or RenderError when the scenario does not fit.
-  explicit World(const Scenario& scenario);
+  World(const Scenario& scenario, Time start);
 
   /// Commands received at `now`.
   void Accept(const JointCommand& command, Time now) { arm_.Accept(command, now); }
@@ -35,17 +36,19 @@ class World {
 
   /// Lets time pass up to `now`, in steps of the scenario's sim.step; images are taken on the way.
   void Advance(Time now);
+  /// Moves the clock on without simulating: for a machine that is too slow for the wall clock.
+  void SkipTo(Time now);
 
   /// What the drivers publish.
   [[nodiscard]] JointState ReadJoints() { return arm_.Read(now_); }
   [[nodiscard]] CameraPose ReadCameraPose() const;
   [[nodiscard]] std::optional<ImageFeatures> ReadFeatures() { return camera_.Deliver(now_); }
 
-  [[nodiscard]] Truth truth() const;
+  [[nodiscard]] GroundTruth truth() const;
+  [[nodiscard]] WorldView view() const;
   [[nodiscard]] Time now() const noexcept { return now_; }
   [[nodiscard]] CameraDriver& camera() noexcept { return camera_; }
-  /// The view as it is now, in colour.
-  void RenderColour(ColourImage* image);
+  [[nodiscard]] const LimitViolations& violations() const noexcept { return arm_.violations(); }
 
  private:
   [[nodiscard]] SceneState Scene() const;

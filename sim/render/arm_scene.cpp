@@ -96,8 +96,8 @@ std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look) {
     const Isometry3d X_BW = base ? Isometry3d::Identity() : X_WL[capsule.link].inverse();
     TriangleMesh mesh =
         CapsuleMesh(X_BW * capsule.p_WA, X_BW * capsule.p_WB, capsule.radius, look.segments);
-    bodies.push_back({base ? kWorldFrame : capsule.link, std::move(mesh), base ? look.base : look.link,
-                      base ? 0.15F : 0.3F});
+    bodies.push_back({base ? kWorldFrame : capsule.link, std::move(mesh),
+                      base ? look.base : look.link, base ? 0.15F : 0.3F});
   }
   for (int joint = 0; joint < arm.size(); ++joint) {
     if (arm.joint_kinds()[joint] != JointKind::kRevolute) continue;
@@ -107,8 +107,8 @@ std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look) {
     const Isometry3d X_LW = X_WL[joint].inverse();
     const Vector3d a = X_LW * (axis->p_W - half * axis->direction_W);
     const Vector3d b = X_LW * (axis->p_W + half * axis->direction_W);
-    bodies.push_back({joint, CylinderMesh(a, b, 0.92 * axis->radius, 0.14 * axis->radius),
-                      look.joint, 0.35F});
+    bodies.push_back(
+        {joint, CylinderMesh(a, b, 0.92 * axis->radius, 0.14 * axis->radius), look.joint, 0.35F});
   }
   return bodies;
 }
@@ -133,7 +133,8 @@ Scene MakeArmScene(const ArmModel& arm, const std::vector<Marker>& tool_markers,
       scene.markers.push_back({frame, marker});
       Append(&plates, MarkerPlate(marker));
     }
-    if (plates.triangles() > 0) scene.bodies.push_back({frame, std::move(plates), look.plate, 0.1F});
+    if (plates.triangles() > 0)
+      scene.bodies.push_back({frame, std::move(plates), look.plate, 0.1F});
   };
   add(kToolFrame, tool_markers);
   add(kWorldFrame, world_markers);

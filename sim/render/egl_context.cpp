@@ -40,7 +40,8 @@ class Egl {
     display = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
     const auto initialize = library_.Get<decltype(&eglInitialize)>("eglInitialize");
     if (display == EGL_NO_DISPLAY || initialize(display, nullptr, nullptr) == EGL_FALSE) {
-      throw RenderError("EGL cannot open a display without a surface (Debian package libegl-mesa0)");
+      throw RenderError(
+          "EGL cannot open a display without a surface (Debian package libegl-mesa0)");
     }
   }
 
@@ -58,7 +59,8 @@ class EglContext final : public GlContext {
                                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                            EGL_NONE};
     egl_.bind_api(EGL_OPENGL_API);
-    context_ = egl_.create_context(egl_.display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
+    context_ =
+        egl_.create_context(egl_.display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
     if (context_ == EGL_NO_CONTEXT) {
       throw RenderError("EGL cannot make an OpenGL 3.3 core context");
     }
@@ -89,6 +91,8 @@ class EglContext final : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<GlContext> MakeEglContext() { return std::make_unique<EglContext>(); }
+std::unique_ptr<GlContext> MakeEglContext() {
+  return std::make_unique<EglContext>();
+}
 
 }  // namespace vantage::sim

@@ -1,8 +1,8 @@
 #include "sim/render/gl_context.h"
 
-#include <dlfcn.h>
-
 #include <cstdlib>
+
+#include <dlfcn.h>
 
 #include "sim/render/gl_backends.h"
 

@@ -60,6 +60,6 @@ enum class GlBackend {
 /// Sets LP_NUM_THREADS=0 in the environment unless it is set: Mesa's rasteriser threads cost more
 /// than they bring at these image sizes. So the first call must come before other threads read the
 /// environment.
-[[nodiscard]] std::unique_ptr<GlContext> MakeGlContext(GlBackend backend);
+[[nodiscard]] std::unique_ptr<GlContext> MakeGlContext(GlBackend backend = GlBackend::kOsmesa);
 
 }  // namespace vantage::sim

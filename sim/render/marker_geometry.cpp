@@ -36,11 +36,14 @@ std::optional<MarkerQuad> PlaceMarker(const CameraModel& camera, const Isometry3
   quad.cos_incidence = ring->cos_incidence;
   // A pixel and a half for the edge's own width and for what the second moments of a bent image leave.
   const Vector2d half = ring->shape.diagonal().cwiseSqrt() + Vector2d::Constant(1.5);
-  if (!(half.maxCoeff() < 1e5) || !(ring->centroid.cwiseAbs().maxCoeff() < 1e6)) return std::nullopt;
+  if (!(half.maxCoeff() < 1e5) || !(ring->centroid.cwiseAbs().maxCoeff() < 1e6))
+    return std::nullopt;
   quad.bounds.u = static_cast<int>(std::floor(ring->centroid.x() - half.x()));
   quad.bounds.v = static_cast<int>(std::floor(ring->centroid.y() - half.y()));
-  quad.bounds.width = static_cast<int>(std::ceil(ring->centroid.x() + half.x())) - quad.bounds.u + 1;
-  quad.bounds.height = static_cast<int>(std::ceil(ring->centroid.y() + half.y())) - quad.bounds.v + 1;
+  quad.bounds.width =
+      static_cast<int>(std::ceil(ring->centroid.x() + half.x())) - quad.bounds.u + 1;
+  quad.bounds.height =
+      static_cast<int>(std::ceil(ring->centroid.y() + half.y())) - quad.bounds.v + 1;
 
   const PlaneAxes axes = AxesOfPlane(normal_C);
   Matrix3d from_plane;
@@ -64,8 +67,8 @@ std::optional<MarkerQuad> PlaceMarker(const CameraModel& camera, const Isometry3
   return quad;
 }
 
-double MarkerLift(const std::vector<Capsule>& capsules, const SceneState& state, const Vector3d& p_WM,
-                  const Vector3d& p_WC) {
+double MarkerLift(const std::vector<Capsule>& capsules, const SceneState& state,
+                  const Vector3d& p_WM, const Vector3d& p_WC) {
   const Vector3d to_camera = (p_WC - p_WM).normalized();
   double lift = 0.0;
   for (const Capsule& capsule : capsules) {

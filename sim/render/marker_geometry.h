@@ -17,16 +17,17 @@ namespace vantage::sim {
 
 /// A marker, ring included, in one image.
 struct MarkerQuad {
-  int index{0};                    ///< In Scene::markers.
-  PixelWindow bounds;              ///< Holds every pixel it touches; may reach beyond the image.
+  int index{0};        ///< In Scene::markers.
+  PixelWindow bounds;  ///< Holds every pixel it touches; may reach beyond the image.
   Eigen::Vector2d reference{Eigen::Vector2d::Zero()};  ///< Pixel (with distortion: ideal ray).
   /// From (pixel or ideal ray) - reference to the marker's plane, in units of the disc's radius,
   /// homogeneous. Relative to the reference so that single precision suffices.
   Eigen::Matrix3d to_plane{Eigen::Matrix3d::Identity()};
-  Eigen::Vector3d inverse_depth{Eigen::Vector3d::Zero()};  ///< 1/Z of its plane = dot with (x, y, 1).
-  double depth{0.0};               ///< Of its centre [m].
-  double cos_incidence{0.0};       ///< Of the ray to it; > 0.
-  double lift{0.0};                ///< It is drawn as if this much nearer [m].
+  Eigen::Vector3d inverse_depth{
+      Eigen::Vector3d::Zero()};  ///< 1/Z of its plane = dot with (x, y, 1).
+  double depth{0.0};             ///< Of its centre [m].
+  double cos_incidence{0.0};     ///< Of the ray to it; > 0.
+  double lift{0.0};              ///< It is drawn as if this much nearer [m].
 };
 
 /// nullopt when the marker turns its back to the camera or is not wholly in front of it.

@@ -39,8 +39,9 @@ TriangleMesh Turn(const std::vector<ProfilePoint>& profile, int segments) {
       const double s = std::sin(angle);
       mesh.vertices.push_back(
           Vector3d(point.distance * c, point.distance * s, point.height).cast<float>());
-      mesh.normals.push_back(
-          Vector3d(point.normal_out * c, point.normal_out * s, point.normal_up).normalized().cast<float>());
+      mesh.normals.push_back(Vector3d(point.normal_out * c, point.normal_out * s, point.normal_up)
+                                 .normalized()
+                                 .cast<float>());
     }
   }
   const auto n = static_cast<std::uint32_t>(segments);
@@ -79,8 +80,9 @@ TriangleMesh CapsuleMesh(const Vector3d& a, const Vector3d& b, double radius, in
   std::vector<ProfilePoint> profile;
   for (int end = 0; end < 2; ++end) {
     for (int i = 0; i <= rings; ++i) {
-      const double latitude = 0.5 * kPi * (end == 0 ? static_cast<double>(i) / rings - 1.0
-                                                    : static_cast<double>(i) / rings);
+      const double latitude =
+          0.5 * kPi *
+          (end == 0 ? static_cast<double>(i) / rings - 1.0 : static_cast<double>(i) / rings);
       const bool pole = i == (end == 0 ? 0 : rings);
       const double c = pole ? 0.0 : std::cos(latitude);
       const double s = std::sin(latitude);

@@ -17,10 +17,19 @@ class OsmesaContext final : public GlContext {
     const auto create =
         library_.Get<decltype(&OSMesaCreateContextAttribs)>("OSMesaCreateContextAttribs");
     // Everything is drawn to framebuffer objects, so the context's own buffers are token ones.
-    const std::array<int, 13> attributes{
-        OSMESA_FORMAT,  OSMESA_RGBA,         OSMESA_DEPTH_BITS,            0, OSMESA_STENCIL_BITS, 0,
-        OSMESA_PROFILE, OSMESA_CORE_PROFILE, OSMESA_CONTEXT_MAJOR_VERSION, 3,
-        OSMESA_CONTEXT_MINOR_VERSION, 3, 0};
+    const std::array<int, 13> attributes{OSMESA_FORMAT,
+                                         OSMESA_RGBA,
+                                         OSMESA_DEPTH_BITS,
+                                         0,
+                                         OSMESA_STENCIL_BITS,
+                                         0,
+                                         OSMESA_PROFILE,
+                                         OSMESA_CORE_PROFILE,
+                                         OSMESA_CONTEXT_MAJOR_VERSION,
+                                         3,
+                                         OSMESA_CONTEXT_MINOR_VERSION,
+                                         3,
+                                         0};
     context_ = create(attributes.data(), nullptr);
     if (context_ == nullptr) throw RenderError("OSMesa cannot make an OpenGL 3.3 core context");
   }
@@ -52,6 +61,8 @@ class OsmesaContext final : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<GlContext> MakeOsmesaContext() { return std::make_unique<OsmesaContext>(); }
+std::unique_ptr<GlContext> MakeOsmesaContext() {
+  return std::make_unique<OsmesaContext>();
+}
 
 }  // namespace vantage::sim

@@ -28,8 +28,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr double kNear = 0.03;  // [m].
-constexpr double kFar = 60.0;   // [m].
+constexpr double kNear = 0.03;     // [m].
+constexpr double kFar = 60.0;      // [m].
 constexpr int kSupersampling = 2;  // Of colour images, each way.
 
 // A pass over all bodies costs about as much as filling this many pixels: windows nearer to one
@@ -86,8 +86,9 @@ RayBounds BoundRays(const CameraModel& camera, const PixelWindow& window) {
   for (int i = 0; i <= kSteps; ++i) {
     for (int j = 0; j <= kSteps; ++j) {
       if (i % kSteps != 0 && j % kSteps != 0) continue;  // The rim only.
-      const Vector2d n = ToNormalised(camera, {window.u - 0.5 + window.width * i / double{kSteps},
-                                               window.v - 0.5 + window.height * j / double{kSteps}});
+      const Vector2d n =
+          ToNormalised(camera, {window.u - 0.5 + window.width * i / double{kSteps},
+                                window.v - 0.5 + window.height * j / double{kSteps}});
       bounds.x0 = std::min(bounds.x0, n.x());
       bounds.x1 = std::max(bounds.x1, n.x());
       bounds.y0 = std::min(bounds.y0, n.y());
@@ -110,27 +111,19 @@ bool SphereMeets(const RayBounds& bounds, const Vector3d& centre_C, double radiu
          !outside(centre_C.y(), bounds.y0, -1.0) && !outside(centre_C.y(), bounds.y1, 1.0);
 }
 
-bool Overlap(const PixelWindow& a, const PixelWindow& b) {
-  return a.u < b.u + b.width && b.u < a.u + a.width && a.v < b.v + b.height && b.v < a.v + a.height;
-}
-
 // Windows to passes: overlapping ones and those that are cheaper together become one.
-std::vector<PixelWindow> PlanPasses(const std::vector<PixelWindow>& windows, int width, int height) {
-  std::vector<PixelWindow> passes;
-  for (const PixelWindow& window : windows) {
-    const PixelWindow clipped = Clip(window, width, height);
-    if (!clipped.empty()) passes.push_back(clipped);
-  }
+std::vector<PixelWindow> PlanPasses(const std::vector<PixelWindow>& windows, int width,
+                                    int height) {
+  std::vector<PixelWindow> passes = MergeOverlapping(windows, width, height);
   for (std::size_t i = 0; i < passes.size();) {
     bool merged = false;
     for (std::size_t j = i + 1; j < passes.size() && !merged; ++j) {
       const PixelWindow hull = Hull(passes[i], passes[j]);
-      if (Overlap(passes[i], passes[j]) ||
-          hull.area() < passes[i].area() + passes[j].area() + kPassCost) {
-        passes[i] = hull;
-        passes.erase(passes.begin() + static_cast<std::ptrdiff_t>(j));
-        merged = true;
-      }
+      if (hull.area() >= passes[i].area() + passes[j].area() + kPassCost) continue;
+      passes.erase(passes.begin() + static_cast<std::ptrdiff_t>(j));
+      passes[i] = hull;
+      passes = MergeOverlapping(passes, width, height);
+      merged = true;
     }
     i = merged ? 0 : i + 1;
   }
@@ -218,8 +211,8 @@ void Validate(const CameraModel& camera, const Scene& scene) {
           "camera.size",
           "must be in [1, 8192] px, is " + std::to_string(camera.width) + "x" +
               std::to_string(camera.height));
-  Require(camera.fx > 0.0 && camera.fy > 0.0 && std::isfinite(camera.fx + camera.fy), "camera.focal",
-          "must be > 0 px");
+  Require(camera.fx > 0.0 && camera.fy > 0.0 && std::isfinite(camera.fx + camera.fy),
+          "camera.focal", "must be > 0 px");
   Require(scene.floor.tile > 0.0 && std::isfinite(scene.floor.height + scene.floor.reach),
           "scene.floor", "needs a tile > 0 m and a finite height and reach");
   Require(scene.markers.size() <= kMaxMarkers, "scene.markers",
@@ -261,7 +254,8 @@ class Renderer::Impl {
     floor_ = Upload(DarkTiles(scene_.floor));
     MakeMarkerBuffer();
     gl_.GenVertexArrays(1, &empty_array_);
-    grey_ = MakeTarget(camera.width, camera.height, GL_R8, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
+    grey_ =
+        MakeTarget(camera.width, camera.height, GL_R8, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
     WarmUp();
   }
 
@@ -310,8 +304,8 @@ class Renderer::Impl {
   void RenderIds(const Isometry3d& X_WC, const SceneState& state, IdImage* ids, DepthImage* depth) {
     if (ids_.framebuffer == 0) {
       context_->MakeCurrent();
-      ids_ = MakeTarget(native_.camera.width, native_.camera.height, GL_R16UI, GL_DEPTH_COMPONENT32F,
-                        GL_DEPTH_ATTACHMENT);
+      ids_ = MakeTarget(native_.camera.width, native_.camera.height, GL_R16UI,
+                        GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT);
     }
     Begin(ids_, X_WC, state, native_);
     const std::array<GLuint, 4> background{kIdBackground, 0, 0, 0};
@@ -327,7 +321,8 @@ class Renderer::Impl {
     DepthImage own;
     DepthImage* const metres = depth == nullptr ? &own : depth;
     metres->Resize(ids_.width, ids_.height);
-    gl_.ReadPixels(0, 0, ids_.width, ids_.height, GL_DEPTH_COMPONENT, GL_FLOAT, metres->pixels.data());
+    gl_.ReadPixels(0, 0, ids_.width, ids_.height, GL_DEPTH_COMPONENT, GL_FLOAT,
+                   metres->pixels.data());
     FinishDepth(ids, metres);
   }
 
@@ -436,8 +431,8 @@ class Renderer::Impl {
     gl_.BindVertexArray(buffers.vertex_array);
     gl_.GenBuffers(2, names.data());
     gl_.BindBuffer(GL_ARRAY_BUFFER, names[0]);
-    gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(data.size() * sizeof(float)), data.data(),
-                   GL_STATIC_DRAW);
+    gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(data.size() * sizeof(float)),
+                   data.data(), GL_STATIC_DRAW);
     gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, names[1]);
     gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER,
                    static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)),
@@ -536,7 +531,8 @@ class Renderer::Impl {
     for (const double height : {1.0, 4.0}) {
       X_WC.translation() = Vector3d(0.0, 0.0, scene_.floor.height + height);
       RenderGrey(X_WC, state, nullptr, &image);
-      const std::vector<PixelWindow> windows{{0, 0, native_.camera.width / 2, native_.camera.height}};
+      const std::vector<PixelWindow> windows{
+          {0, 0, native_.camera.width / 2, native_.camera.height}};
       RenderGrey(X_WC, state, &windows, &image);
     }
     const GLenum error = gl_.GetError();
@@ -547,7 +543,8 @@ class Renderer::Impl {
 
   // --- one image ----------------------------------------------------------------------------------
 
-  void Begin(const Target& target, const Isometry3d& X_WC, const SceneState& state, const Lens& lens) {
+  void Begin(const Target& target, const Isometry3d& X_WC, const SceneState& state,
+             const Lens& lens) {
     context_->MakeCurrent();
     lens_ = &lens;
     X_CW_ = X_WC.inverse();
@@ -619,7 +616,8 @@ class Renderer::Impl {
     const Matrix3f pixel_to_ray = rays.cast<float>();
     Vector3f eye = X_WC_.translation().cast<float>();
     // Without a floor in view everything is background: rays never meet a floor infinitely far down.
-    eye.z() = FloorSeen() ? static_cast<float>(X_WC_.translation().z() - scene_.floor.height) : 1e9F;
+    eye.z() =
+        FloorSeen() ? static_cast<float>(X_WC_.translation().z() - scene_.floor.height) : 1e9F;
     gl_.UniformMatrix3fv(backdrop_.pixel_to_ray, 1, GL_FALSE, pixel_to_ray.data());
     gl_.Uniform3fv(backdrop_.eye, 1, eye.data());
     SetTiles(backdrop_);
@@ -632,7 +630,8 @@ class Renderer::Impl {
     if (!bent_) return;
     const Distortion& d = lens_->camera.distortion;
     const std::array<float, 4> radial{static_cast<float>(d.k1), static_cast<float>(d.k2),
-                                      static_cast<float>(d.k3), static_cast<float>(trusted_radius2_)};
+                                      static_cast<float>(d.k3),
+                                      static_cast<float>(trusted_radius2_)};
     const std::array<float, 2> tangential{static_cast<float>(d.p1), static_cast<float>(d.p2)};
     gl_.Uniform4fv(program.radial, 1, radial.data());
     gl_.Uniform2fv(program.tangential, 1, tangential.data());
@@ -693,8 +692,7 @@ class Renderer::Impl {
     SetLens(shadow_);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Isometry3d X_WB = FramePose(*state_, scene_.bodies[i].frame);
-      const Matrix4f body_to_camera =
-          (X_CW_.matrix() * flatten * X_WB.matrix()).cast<float>();
+      const Matrix4f body_to_camera = (X_CW_.matrix() * flatten * X_WB.matrix()).cast<float>();
       gl_.UniformMatrix4fv(shadow_.body_to_camera, 1, GL_FALSE, body_to_camera.data());
       gl_.BindVertexArray(bodies_[i].vertex_array);
       gl_.DrawElements(GL_TRIANGLES, bodies_[i].indices, GL_UNSIGNED_INT, nullptr);
@@ -724,7 +722,7 @@ class Renderer::Impl {
   void DrawMarkers(const Program& program, const PixelWindow& window, bool blend) {
     vertices_.clear();
     for (const MarkerQuad& quad : placed_) {
-      if (Overlap(quad.bounds, window)) AppendVertices(quad);
+      if (quad.bounds.overlaps(window)) AppendVertices(quad);
     }
     if (vertices_.empty()) return;
     gl_.Enable(GL_DEPTH_TEST);
@@ -738,7 +736,8 @@ class Renderer::Impl {
     gl_.UseProgram(program.name);
     gl_.BindVertexArray(marker_array_);
     gl_.BindBuffer(GL_ARRAY_BUFFER, marker_buffer_);
-    gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices_.size() * sizeof(MarkerVertex)),
+    gl_.BufferData(GL_ARRAY_BUFFER,
+                   static_cast<GLsizeiptr>(vertices_.size() * sizeof(MarkerVertex)),
                    vertices_.data(), GL_STREAM_DRAW);
     gl_.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices_.size()));
   }
@@ -778,7 +777,8 @@ class Renderer::Impl {
 
   void ReadColour(ColourImage* image) {
     readback_.resize(static_cast<std::size_t>(colour_.width) * colour_.height * 4);
-    gl_.ReadPixels(0, 0, colour_.width, colour_.height, GL_RGBA, GL_UNSIGNED_BYTE, readback_.data());
+    gl_.ReadPixels(0, 0, colour_.width, colour_.height, GL_RGBA, GL_UNSIGNED_BYTE,
+                   readback_.data());
     image->Resize(native_.camera.width, native_.camera.height);
     constexpr int kSamples = kSupersampling * kSupersampling;
     for (int v = 0; v < image->height; ++v) {
@@ -806,8 +806,9 @@ class Renderer::Impl {
       for (int u = 0; u < depth->width; ++u) {
         float* const z = depth->at(u, v);
         const double ndc = 2.0 * *z - 1.0;
-        *z = *ids->at(u, v) == kIdBackground ? infinity
-                                             : static_cast<float>(kDepthScale / (ndc - kDepthOffset));
+        *z = *ids->at(u, v) == kIdBackground
+                 ? infinity
+                 : static_cast<float>(kDepthScale / (ndc - kDepthOffset));
         if (*ids->at(u, v) != kIdBackground || !FloorSeen()) continue;
         const Vector3d ray_W =
             X_WC_.linear() * ToNormalised(native_.camera, Vector2d(u, v)).homogeneous();
@@ -847,8 +848,12 @@ Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
-const CameraModel& Renderer::camera() const noexcept { return impl_->camera(); }
-const Scene& Renderer::scene() const noexcept { return impl_->scene(); }
+const CameraModel& Renderer::camera() const noexcept {
+  return impl_->camera();
+}
+const Scene& Renderer::scene() const noexcept {
+  return impl_->scene();
+}
 
 void Renderer::RenderGrey(const Isometry3d& X_WC, const SceneState& state, GreyImage* image) {
   impl_->RenderGrey(X_WC, state, nullptr, image);

@@ -16,9 +16,9 @@ namespace vantage::sim {
 /// Values of an IdImage.
 inline constexpr std::uint16_t kIdBackground = 0;
 inline constexpr std::uint16_t kIdFloor = 1;
-inline constexpr std::uint16_t kIdBody = 100;     ///< + index in Scene::bodies.
-inline constexpr std::uint16_t kIdDisc = 10000;   ///< + index in Scene::markers: its disc.
-inline constexpr std::uint16_t kIdRing = 20000;   ///< + index in Scene::markers: its ring.
+inline constexpr std::uint16_t kIdBody = 100;    ///< + index in Scene::bodies.
+inline constexpr std::uint16_t kIdDisc = 10000;  ///< + index in Scene::markers: its disc.
+inline constexpr std::uint16_t kIdRing = 20000;  ///< + index in Scene::markers: its ring.
 
 /// Draws a scene through one camera model, from any pose, off screen.
 ///

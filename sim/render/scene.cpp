@@ -10,7 +10,8 @@ using Eigen::Vector3d;
 
 Isometry3d MarkerFrame(const Marker& marker) {
   Isometry3d X = Isometry3d::Identity();
-  X.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), marker.normal).toRotationMatrix();
+  X.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), marker.normal).toRotationMatrix();
   X.translation() = marker.p;
   return X;
 }

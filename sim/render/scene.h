@@ -24,7 +24,7 @@ struct Body {
   int frame{kWorldFrame};  ///< Link index, kWorldFrame or kToolFrame: the frame of the mesh.
   TriangleMesh mesh;
   Eigen::Vector3f colour{0.5F, 0.5F, 0.5F};  ///< Red, green, blue; 0 to 1.
-  float gloss{0.2F};                         ///< Strength of the highlight in colour images; 0 to 1.
+  float gloss{0.2F};  ///< Strength of the highlight in colour images; 0 to 1.
 };
 
 /// A round dot of the scene with the frame it is fixed to.
@@ -36,15 +36,15 @@ struct SceneMarker {
 /// A horizontal floor, seen from above only: a faint chequer on the background, fading with distance.
 struct Floor {
   bool visible{true};
-  double height{0.0};      ///< z in W [m].
-  double tile{0.5};        ///< Edge of a tile [m]; > 0.
-  double reach{3.0};       ///< Tiles are drawn this far from W's z axis [m]; at most 200 tiles each way.
-  float contrast{0.03F};   ///< How much darker every other tile is than the background.
+  double height{0.0};  ///< z in W [m].
+  double tile{0.5};    ///< Edge of a tile [m]; > 0.
+  double reach{3.0};  ///< Tiles are drawn this far from W's z axis [m]; at most 200 tiles each way.
+  float contrast{0.03F};  ///< How much darker every other tile is than the background.
 };
 
 struct Light {
   Eigen::Vector3f direction_W{Eigen::Vector3f(0.35F, -0.45F, 0.82F)};  ///< Towards the light.
-  float ambient{0.45F};                                             ///< Of a surface in the shade.
+  float ambient{0.45F};  ///< Of a surface in the shade.
 };
 
 /// Constant part of a scene.
@@ -63,8 +63,8 @@ struct Scene {
 
 /// What moves.
 struct SceneState {
-  LinkPoses X_WL{};                                          ///< Poses of the links.
-  Eigen::Isometry3d X_WE{Eigen::Isometry3d::Identity()};     ///< Pose of the end effector.
+  LinkPoses X_WL{};                                       ///< Poses of the links.
+  Eigen::Isometry3d X_WE{Eigen::Isometry3d::Identity()};  ///< Pose of the end effector.
 
   SceneState() { X_WL.fill(Eigen::Isometry3d::Identity()); }
   SceneState(const LinkPoses& links, const Eigen::Isometry3d& tool) : X_WL(links), X_WE(tool) {}

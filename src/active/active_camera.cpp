@@ -20,6 +20,9 @@ constexpr int kMostPatience = 8;
 constexpr double kTurnOff = 2.0;
 // The guard keeps markers this share of the margin inside the image.
 constexpr double kGuardShare = 0.5;
+// The guard holds at least so long [s], and has let go when this share of the path is passed since.
+constexpr double kHold = 0.25;
+constexpr double kHeadway = 0.05;
 // A rig at rest this far from where it was commanded, for so long, did not follow.
 constexpr double kAstrayDistance = 0.05;  // [m]
 constexpr double kAstrayAngle = 0.05;     // [rad]
@@ -144,26 +147,27 @@ bool ActiveCamera::WouldLoseMarker(const ActiveInputs& inputs, double dt) const 
 
 void ActiveCamera::Move(double dt, const ActiveInputs& inputs) {
   if (!moving_) return;
-  const bool held = WouldLoseMarker(inputs, dt);
+  const bool loses = WouldLoseMarker(inputs, dt);
+  if (loses && !held_since_) {
+    held_since_ = inputs.now;
+    held_at_ = motion_.s();
+  }
+  // Once held it comes to rest, and waits a little before it tries again: no creeping along the brink.
+  const bool held =
+      held_since_ && (loses || !motion_.AtRest() || ToSeconds(inputs.now - *held_since_) < kHold);
   motion_.Step(dt, held || next_.has_value());
   output_.refusal = held ? ActiveRefusal::kGuard : ActiveRefusal::kNone;
-  if (!held) {
-    held_since_.reset();
-  } else if (!held_since_) {
-    held_since_ = inputs.now;
-  }
+  if (!held && motion_.s() > held_at_ + kHeadway) held_since_.reset();
   if (!motion_.AtRest()) return;
   if (next_) {
-    RigPath path = *next_;
     // It was planned from where the camera was expected to come to rest.
-    path.control += 0.5 * (motion_.q_c() - path.start);
-    path.start = motion_.q_c();
-    path.control = ClampToLimits(rig_, path.control);
+    RigPath path = next_->StartingAt(motion_.q_c());
+    for (int i = 1; i < RigPath::kPoints; ++i) path.point(i) = ClampToLimits(rig_, path.point(i));
     Begin(path, next_gain_);
     return;
   }
   const bool stuck =
-      held_since_ && ToSeconds(inputs.now - *held_since_) >= options_.replan_interval;
+      held && ToSeconds(inputs.now - *held_since_) >= std::max(kHold, options_.replan_interval);
   if (motion_.Done() || stuck) {
     motion_ = RigMotion(motion_.q_c());
     moving_ = false;
@@ -264,7 +268,7 @@ void ActiveCamera::PlanOnTheWay(const ActiveInputs& inputs) {
   last_plan_ = inputs.now;
   ++output_.plans;
   PlanRequest request = RequestFrom(inputs, motion_.StopCoordinates());
-  request.q_c_stay = motion_.path().end;
+  request.q_c_stay = motion_.path().end();
   request.q_soon.resize(0);  // The camera is not there yet.
   PlannerOptions options = options_.planner;
   options.min_gain *= kTurnOff;

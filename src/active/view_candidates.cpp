@@ -65,19 +65,19 @@ RigVector Admit(const CameraRig& rig, const RigVector& q, const RigVector& q_c) 
   return admitted;
 }
 
-// A curve whose middle lies `bulge` away from the straight line's, its head aimed there.
+// A curve whose middle lies `bulge` away from the straight line's. On the way its head turns from where
+// it looks at the start to the aim, and from there to where it looks at the end.
 RigPath Bent(const CameraRig& rig, const RigVector& from, const RigVector& to,
              const RigVector& bulge, const Vector3d& aim_W) {
   const RigVector middle = 0.5 * (from + to);
-  RigVector control = Admit(rig, middle + 2.0 * bulge, middle);
+  RigPath path = RigPath::Parabola(from, Admit(rig, middle + 2.0 * bulge, middle), to);
   const RigHead head = HeadOf(rig);
-  if (head.pan >= 0) {
-    const RigVector centre = 0.5 * (middle + control);  // where the curve is halfway
-    const RigVector aimed = AimAt(rig, centre, aim_W);
-    for (const int axis : {head.pan, head.tilt}) control(axis) = 2.0 * aimed(axis) - middle(axis);
-    control = Admit(rig, control, middle);
+  if (head.pan < 0) return path;
+  for (int i = 1; i + 1 < RigPath::kPoints; ++i) {
+    const RigVector aimed = AimAt(rig, path.At(RigPath::Station(i)), aim_W);
+    for (const int axis : {head.pan, head.tilt}) path.point(i)(axis) = aimed(axis);
   }
-  return {from, control, to};
+  return path;
 }
 
 // How far a neighbour lies along an axis [m or rad].
@@ -144,22 +144,16 @@ std::vector<double> OtherRolls(const CameraRig& rig, const RigVector& q_c) {
   const int axis = HeadOf(rig).roll;
   if (axis < 0 || !IsFree(rig.axes[axis])) return rolls;
   const RigAxis& bounds = rig.axes[axis];
-  for (int eighth = 1; eighth < 8; ++eighth) {
-    // Half a turn shows the same picture upside down, with the same measures: the nearer one of the
-    // two will do, as far as the limits have it.
-    const double up = q_c(axis) + eighth * kTurn / 8.0;
-    const double down = up - kTurn;
-    const double near = eighth <= 4 ? up : down;
-    const double far = eighth <= 4 ? down : up;
-    for (const double roll : {near, far}) {
-      if (roll < bounds.lower || roll > bounds.upper) continue;
-      const bool known = std::any_of(rolls.begin(), rolls.end(), [&](double other) {
-        return std::abs(std::remainder(other - roll, M_PI)) < 1e-9;
-      });
-      const bool same = std::abs(std::remainder(q_c(axis) - roll, M_PI)) < 1e-9;
-      if (!known && !same) rolls.push_back(roll);
-      break;
+  for (int eighth = 1; eighth < 4; ++eighth) {
+    // Half a turn shows the same picture upside down, with the same measures: of all the rolls that
+    // differ by half turns the nearest will do.
+    const double wanted = q_c(axis) + eighth * kTurn / 8.0;
+    double best = bounds.upper + kTurn;
+    for (double roll = wanted - 2.0 * kTurn; roll <= wanted + 2.0 * kTurn; roll += 0.5 * kTurn) {
+      const bool inside = roll >= bounds.lower && roll <= bounds.upper;
+      if (inside && std::abs(roll - q_c(axis)) < std::abs(best - q_c(axis))) best = roll;
     }
+    if (best <= bounds.upper) rolls.push_back(best);
   }
   return rolls;
 }

@@ -23,8 +23,8 @@ namespace vantage {
 [[nodiscard]] std::vector<RigVector> Neighbours(const CameraRig& rig, const RigVector& q_c,
                                                 const Eigen::Vector3d& aim_W, double scale);
 
-/// Rolls worth a try besides the one of q_c: eighths of a turn, within the limits. Empty where the rig
-/// cannot roll.
+/// Rolls worth a try besides the one of q_c: by eighths of a turn, the nearest of those that differ
+/// by half turns, within the limits. Empty where the rig cannot roll.
 [[nodiscard]] std::vector<double> OtherRolls(const CameraRig& rig, const RigVector& q_c);
 
 /// Ways from one view to another: direct, and bent over the top, under, wide, and the long way round

@@ -32,8 +32,10 @@ constexpr double kCrossing = 1.0;
 constexpr double kElsewhere = 0.2;
 // Better views whose ways are tried before giving up.
 constexpr int kMaxWays = 12;
-// Points of a way at which the markers are looked for.
-constexpr int kStations = 8;
+// Points of a way at which the markers are looked for: one every so many metres or radians.
+constexpr double kStationSpacing = 0.12;
+constexpr int kLeastStations = 6;
+constexpr int kMostStations = 48;
 
 // Logarithm of a measure at one sample; sign of det J_c where it has one, else 0.
 struct SampleValue {
@@ -362,14 +364,18 @@ Candidate Refine(const CameraRig& rig, const Vector3d& aim_W, Candidate best, Se
 // first station that sees all do not count when the start does not either.
 int CountLosses(const Scene& scene, const CameraRig& rig, const RigMotion& motion,
                 double progress_rate, bool seen_at_start, int seen_at_end) {
+  const RigPath& path = motion.path();
+  const double length = path.Length();
+  const int stations =
+      std::clamp(static_cast<int>(length / kStationSpacing), kLeastStations, kMostStations);
   int losses = 0;
   bool seen = seen_at_start;
-  for (int i = 1; i <= kStations; ++i) {
-    const double s = static_cast<double>(i) / kStations;
+  for (int i = 1; i <= stations; ++i) {
+    const double s = static_cast<double>(i) / stations;
     const double progress = 1.0 - std::exp(-progress_rate * motion.TimeAt(s));
     const int last = std::max(0, std::min(scene.size(), seen_at_end) - 1);
     const int sample = std::min(last, static_cast<int>(std::lround(progress * (scene.size() - 1))));
-    const bool sees = scene.Sees(scene.motion()[sample], RigPose(rig, motion.path().At(s)));
+    const bool sees = scene.Sees(scene.motion()[sample], RigPose(rig, path.At(s)));
     if (seen && !sees) ++losses;
     seen = seen || sees;
   }

@@ -1,5 +1,6 @@
 #include "vantage/report/run_record.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iomanip>
@@ -57,6 +58,23 @@ void WriteBands(const std::vector<RunSample>& samples, std::ofstream* script) {
 
 }  // namespace
 
+RunSample MakeSample(double t, const ServoStatus& status, const ObservabilityReport& observability) {
+  RunSample sample;
+  sample.t = t;
+  sample.state = status.state;
+  sample.reason = status.reason;
+  sample.error_px = status.error_px;
+  sample.w_v = observability.w_v;
+  sample.w_r = observability.w_r;
+  sample.w_c = observability.w_c;
+  sample.sigma_min = observability.composite.sigma_min;
+  sample.trigger_value = observability.trigger_value;
+  sample.threshold = observability.threshold;
+  sample.mm_per_px = observability.mm_per_px;
+  sample.camera_moving = observability.active_state == ActiveState::kMoving;
+  return sample;
+}
+
 void WriteSamples(const std::vector<RunSample>& samples, const std::string& path) {
   std::ofstream file = Open(path);
   file << "t [s],state,reason,error [px],w_v,w_r,w_c,sigma_min_c [px/rad],trigger value,threshold,"
@@ -106,6 +124,10 @@ void WriteSummary(const RunSummary& summary, const std::string& path) {
 
 void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
              const std::string& folder) {
+  const auto measured = [](const RunSample& s) { return s.error_px > 0.0; };
+  if (std::none_of(samples.begin(), samples.end(), measured)) {
+    throw Error("nothing was measured that could be drawn");
+  }
   const std::string path = folder + "/run.gp";
   std::ofstream script = Open(path);
   script << "set terminal pngcairo size 1200,1280 font 'DejaVu Sans,11'\n"
@@ -121,6 +143,9 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   WriteBands(samples, &script);
   const bool truth = !samples.empty() && samples.back().true_error_mm.has_value();
   const double threshold = samples.empty() ? 0.0 : samples.back().threshold;
+  double ceiling = threshold;
+  for (const RunSample& sample : samples) ceiling = std::max(ceiling, sample.trigger_value);
+  ceiling = ceiling > 0.0 ? 1.1 * ceiling : 1.0;
   script << "set lmargin 11\nset rmargin 11\nset logscale y\nset format y '10^{%L}'\n"
             "set ylabel 'image error [px]'\n";
   if (truth) script << "set y2label 'true error [mm]'\nset y2tics\nset ytics nomirror\nset logscale y2\nset format y2 '10^{%L}'\n";
@@ -130,14 +155,16 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   }
   script << "\nunset y2label\nunset y2tics\nset ytics mirror\n"
             "unset logscale y\nset format y '%g'\n"
+         << "set key bottom right\nset yrange [0:" << ceiling << "]\n"
          << "set ylabel '" << MeasureUnit(summary.observability.trigger_measure) << "'\n"
          << "plot 'samples.csv' using 1:9 every ::1 with lines lw 2 lc rgb '#15803d' title 'trigger value', "
          << threshold << " with lines dashtype 2 lc rgb '#b91c1c' title 'threshold (camera moves below it)'\n"
+            "set key center right\nset autoscale y\n"
             "set logscale y\nset format y '10^{%L}'\nset ylabel 'measures'\n"
             "plot 'samples.csv' using 1:5 every ::1 with lines lw 2 title 'w_v', "
             "'' using 1:6 every ::1 with lines lw 2 title 'w_r', "
             "'' using 1:7 every ::1 with lines lw 2 title 'w_c'\n"
-            "set ylabel 'hidden motion [mm/px]'\nset xlabel 'time [s]'\n"
+            "set key top right\nset ylabel 'hidden motion [mm/px]'\nset xlabel 'time [s]'\n"
             "plot 'samples.csv' using 1:11 every ::1 with lines lw 2 lc rgb '#7c3aed' title 'one pixel may hide'\n"
             "unset multiplot\n";
   Close(&script, path);

@@ -97,6 +97,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   }
   markers_needed_ = static_cast<int>(std::count(needed_.begin(), needed_.end(), true));
   for (const Vector3d& p_WG : task_.goal.p_WG) goal_.emplace_back(p_WG, task_.goal.prior_sigma);
+  goal_offset_.fill(Vector2d::Zero());
   point_jacobians_.resize(count);
   current_.resize(count);
   wanted_.resize(count);
@@ -187,20 +188,37 @@ void Servo::UseImage() noexcept {
   const CameraModel& camera = task_.view.camera;
   const JointVector q = *joints_.At(features_.exposure, Between);
   const Isometry3d X_CE = features_.X_WC.inverse() * EndEffectorPose(task_.view.arm, q);
+  markers_lost_ = 0;
   for (std::size_t i = 0; i < task_.view.markers.size(); ++i) {
     const Marker& marker = task_.view.markers[i];
     const MarkerMeasurement* measured = features_.Find(marker.id);
     const auto expected = Project(X_CE * marker.p);
-    seen_[i] = measured != nullptr && measured->valid && expected.has_value();
-    if (seen_[i]) offset_[i] = measured->pixel - Pixel(camera, expected->n);
+    if (measured != nullptr && measured->valid && expected) {
+      offset_[i] = measured->pixel - Pixel(camera, expected->n);
+      last_seen_[i] = features_.exposure;
+    } else if (needed_[i]) {
+      ++markers_lost_;
+    }
   }
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(task_.goal.marker_ids[i]);
-    if (measured != nullptr && measured->valid) {
-      goal_[i].Update(camera, features_.X_WC, measured->pixel, options_.feature_noise_px);
-    }
+    if (measured == nullptr || !measured->valid) continue;
+    goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
+    // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
+    // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
+    const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+    if (seen_at) goal_offset_[i] = measured->pixel - Pixel(camera, seen_at->n);
   }
   image_is_new_ = false;
+}
+
+double Servo::GoalSigma() const noexcept {
+  return std::hypot(options_.feature_noise_px, options_.calibration_px);
+}
+
+bool Servo::Carried(std::size_t marker) const noexcept {
+  return last_seen_[marker] &&
+         Age(features_.exposure, *last_seen_[marker]) <= options_.staleness.marker;
 }
 
 HoldReason Servo::PredictRows() noexcept {
@@ -208,17 +226,15 @@ HoldReason Servo::PredictRows() noexcept {
   const Isometry3d X_CW = X_WC_.inverse();
   const Isometry3d X_CE = X_CW * kinematics_.X_WE;
   bool behind = false;
-  output_.status.markers_seen = 0;
   for (std::size_t i = 0; i < current_.size(); ++i) {
     const auto now = Project(X_CE * task_.view.markers[i].p);
     const auto goal = Project(X_CW * (goal_[i].p_WG() + task_.goal.offset_W));
     if (needed_[i] && (!now || !goal)) behind = true;
-    const bool usable = seen_[i] && now && goal;
+    const bool usable = Carried(i) && now && goal;
     current_[i].visible = wanted_[i].visible = usable;
     if (!usable) continue;
-    if (needed_[i]) ++output_.status.markers_seen;
     current_[i].image = {Normalised(camera, Pixel(camera, now->n) + offset_[i]), now->depth};
-    wanted_[i].image = *goal;
+    wanted_[i].image = {Normalised(camera, Pixel(camera, goal->n) + goal_offset_[i]), goal->depth};
     // The goal's points stand in the world; the end effector's are on the body.
     wanted_[i].on_body = false;
   }
@@ -249,7 +265,7 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   const auto& limits = task_.view.arm.limits();
   const ServoLawResult law =
       ServoLaw(options_.law, output_.error, J_c, system, e_rate,
-               ComputeVelocityBounds(limits, q_, qdot_, options_.period));
+               ComputeVelocityBounds(limits, q_, qdot_, dt_));
   if (!law.finite) return HoldReason::kNotFinite;
   Command(now, law.qdot);
   return HoldReason::kNone;
@@ -292,14 +308,16 @@ void Servo::JudgeProgress(Time now) noexcept {
   const ConvergenceOptions& goal = options_.convergence;
   const double error = output_.status.error_px;
   const bool certified = output_.observability.mm_per_px <= goal.max_mm_per_px;
-  const bool complete = output_.status.markers_seen == markers_needed_;
-  if (error > goal.tolerance_px || !complete) {
+  const bool complete = markers_lost_ == 0;
+  // A camera on its way to a better view will see better still: no verdict before it is there.
+  const bool moving = active_.state == ActiveState::kMoving;
+  if (error > goal.tolerance_px || !complete || moving) {
     below_since_.reset();
   } else if (!below_since_) {
     below_since_ = now;
   }
   if (!best_since_ || error < kProgress * best_error_ ||
-      active_.state == ActiveState::kMoving) {
+      moving) {
     best_error_ = error;
     best_since_ = now;
   }
@@ -310,8 +328,7 @@ void Servo::JudgeProgress(Time now) noexcept {
   if (settled && certified) {
     output_.status.state = ServoState::kConverged;
   } else {
-    output_.status.state = active_.state == ActiveState::kMoving ? ServoState::kRepositioning
-                                                                 : ServoState::kServoing;
+    output_.status.state = moving ? ServoState::kRepositioning : ServoState::kServoing;
   }
 }
 
@@ -321,7 +338,7 @@ void Servo::Command(Time now, const JointVector& qdot) noexcept {
   output_.command.qdot = qdot;
   // At rest the position command follows the arm, so that it never jumps when motion resumes.
   output_.command.q =
-      qdot.isZero(0.0) && !joints_.empty() ? joints_.newest() : JointVector(output_.command.q + options_.period * qdot);
+      qdot.isZero(0.0) && !joints_.empty() ? joints_.newest() : JointVector(output_.command.q + dt_ * qdot);
 }
 
 const ServoOutput& Servo::Step(Time now) noexcept {
@@ -330,7 +347,10 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   ++status.seq;
   status.stamp = now;
   output_.error.resize(0);
-  status.markers_seen = 0;
+  // A period that starts early, after a late one, must not use up a whole period's acceleration.
+  dt_ = last_step_ == Time{} ? options_.period
+                             : std::clamp(Age(now, last_step_), 0.0, options_.period);
+  last_step_ = now;
 
   HoldReason reason = enabled_ ? CheckInputs(now) : HoldReason::kOperator;
   if (reason == HoldReason::kNone) {
@@ -344,7 +364,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   if (reason == HoldReason::kNone) {
     JudgeProgress(now);
   } else {
-    Command(now, RampToRest(task_.view.arm.limits(), qdot_, options_.period));
+    Command(now, RampToRest(task_.view.arm.limits(), qdot_, dt_));
     below_since_.reset();
     best_since_.reset();
     stalled_ = false;
@@ -365,6 +385,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   report.active_reason = active_.reason;
   report.camera_moves = active_.moves;
 
+  status.markers_seen = has_features_ ? markers_needed_ - markers_lost_ : 0;
   ActiveInputs& view = snapshot_.active;
   view.now = now;
   view.q = q_;
@@ -372,7 +393,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   view.X_WC = X_WC_;
   view.composite = report.composite;
   view.cause = report.cause;
-  view.markers_lost = markers_needed_ - status.markers_seen;
+  view.markers_lost = markers_lost_;
   view.stalled = stalled_;
   view.error_px = status.error_px;
   for (std::size_t i = 0; i < goal_.size(); ++i) {

@@ -58,8 +58,7 @@ MarkerDetection DetectOne(const GreyView& image, const CameraModel& camera,
     detection.fault = MarkerFault::kNotExpected;
     return detection;
   }
-  const PixelWindow window =
-      Clip(SearchWindow(prediction, options), image.width, image.height);
+  const PixelWindow window = Clip(SearchWindow(prediction, options), image.width, image.height);
   const int u0 = Round(prediction.image.centroid.x());
   const int v0 = Round(prediction.image.centroid.y());
   // Look from the predicted centre first, then from a grid about it that no disc slips through.
@@ -278,8 +277,8 @@ class GroupNamer {
 
 }  // namespace
 
-MarkerPrediction PredictMarker(const CameraModel& camera, const Isometry3d& X_CF, const Marker& marker,
-                               int group, double max_incidence) noexcept {
+MarkerPrediction PredictMarker(const CameraModel& camera, const Isometry3d& X_CF,
+                               const Marker& marker, int group, double max_incidence) noexcept {
   MarkerPrediction prediction;
   prediction.id = marker.id;
   prediction.group = group;
@@ -298,7 +297,8 @@ Vector2d PublishedPixel(const CameraModel& camera, const DiscImage& predicted,
          UndistortPixel(camera, predicted.centroid);
 }
 
-PixelWindow SearchWindow(const MarkerPrediction& prediction, const DetectorOptions& options) noexcept {
+PixelWindow SearchWindow(const MarkerPrediction& prediction,
+                         const DetectorOptions& options) noexcept {
   const Vector2d half = 2.0 * prediction.image.shape.diagonal().cwiseSqrt() +
                         Vector2d::Constant(options.search_margin + 2.0);
   const int u = Round(std::floor(prediction.image.centroid.x() - half.x()));
@@ -319,7 +319,8 @@ void DetectMarkers(const GreyView& image, const CameraModel& camera,
 std::vector<DiscBlob> FindDiscs(const GreyView& image, bool dark, double least_semi_axis,
                                 const DiscOptions& options) {
   std::vector<DiscBlob> found;
-  const int step = std::clamp(static_cast<int>(0.8 * least_semi_axis), 2, 16);
+  // A square lattice of this step has a point within 0.78 of the least semi-axis of any disc's centre.
+  const int step = std::clamp(static_cast<int>(1.1 * least_semi_axis), 2, 16);
   const PixelWindow all{0, 0, image.width, image.height};
   for (int v = step / 2; v < image.height; v += step) {
     for (int u = step / 2; u < image.width; u += step) {
@@ -395,14 +396,15 @@ MarkerDetections AcquireMarkers(const GreyView& image, const CameraModel& camera
     for (const MarkerPrediction& prediction : sought) {
       if (prediction.dark != dark || !(prediction.image.area > 0.0)) continue;
       const Vector2d axes = SemiAxes(prediction.image.shape);
-      least = std::min(least, axes.x() / acquisition.max_scale);
+      // The lattice has some room to spare: discs smaller than predicted by the full scale are still hit
+      // in most places.
+      least = std::min(least, axes.x() / 1.15);
       largest = std::max(largest, axes.y() * acquisition.max_scale);
     }
     if (largest == 0.0) continue;
     DiscOptions disc = options.disc;
     disc.max_semi_axis = std::min(disc.max_semi_axis, 1.3 * largest + 2.0);
-    for (const DiscBlob& blob :
-         FindDiscs(image, dark, std::max(least, disc.min_semi_axis), disc)) {
+    for (const DiscBlob& blob : FindDiscs(image, dark, std::max(least, disc.min_semi_axis), disc)) {
       blobs.push_back(blob);
       blob_dark.push_back(dark);
     }

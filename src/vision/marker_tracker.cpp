@@ -45,7 +45,8 @@ void MarkerTracker::Correct(const std::vector<MarkerPrediction>& predictions, Ti
       track->id = prediction.id;
     }
     track->group = prediction.group;
-    if (track->known && ToSeconds(exposure - track->last_seen) > options_.memory) track->known = false;
+    if (track->known && ToSeconds(exposure - track->last_seen) > options_.memory)
+      track->known = false;
   }
   for (MarkerPrediction& prediction : corrected_) {
     const Track_& own = *Find(prediction.id);
@@ -101,8 +102,8 @@ bool MarkerTracker::WantsWholeImage(Time exposure) const {
   return false;
 }
 
-const MarkerTracker::SearchPlan& MarkerTracker::Plan(const std::vector<MarkerPrediction>& predictions,
-                                                     Time exposure) {
+const MarkerTracker::SearchPlan& MarkerTracker::Plan(
+    const std::vector<MarkerPrediction>& predictions, Time exposure) {
   Correct(predictions, exposure);
   plan_.windows.clear();
   plan_.whole_image = WantsWholeImage(exposure);
@@ -124,15 +125,15 @@ const MarkerDetections& MarkerTracker::Track(const GreyView& image,
   const bool whole_image = WantsWholeImage(exposure);
   DetectMarkers(image, camera_, corrected_, options_.detector, &detections_);
   if (whole_image) {
-    const bool complete = std::all_of(
-        detections_.begin(), detections_.end(), [](const MarkerDetection& detection) {
+    const bool complete =
+        std::all_of(detections_.begin(), detections_.end(), [](const MarkerDetection& detection) {
           return detection.valid() || detection.fault == MarkerFault::kNotExpected;
         });
     if (!complete) {
       ++acquisitions_;
       last_acquisition_ = exposure;
-      const MarkerDetections found = AcquireMarkers(image, camera_, corrected_, options_.detector,
-                                                    options_.acquisition);
+      const MarkerDetections found =
+          AcquireMarkers(image, camera_, corrected_, options_.detector, options_.acquisition);
       for (std::size_t i = 0; i < found.size(); ++i) {
         // What the search of the whole image names rests on the whole group: it overrules.
         if (found[i].valid()) detections_[i] = found[i];

@@ -119,11 +119,16 @@ inline Cell Puma560() {
   JointVector lower(6), upper(6);
   lower << -0.6, 0.3, -0.6, -0.7, 0.3, -1.0;
   upper << 0.6, 1.0, 0.4, 0.7, 1.2, 1.0;
-  return {"puma560", {arm, CameraModel{}, FeatureSet::AllPoints(4), markers},
-          Sphere({0.4, -0.15, 0.9}, 2.6), lower, upper};
+  return {"puma560",
+          {arm, CameraModel{}, FeatureSet::AllPoints(4), markers},
+          Sphere({0.4, -0.15, 0.9}, 2.6),
+          lower,
+          upper};
 }
 
-inline std::vector<Cell> AllCells() { return {Planar2(), Puma3Xyx(), Puma3Points(), Puma560()}; }
+inline std::vector<Cell> AllCells() {
+  return {Planar2(), Puma3Xyx(), Puma3Points(), Puma560()};
+}
 
 inline JointVector RandomJoints(const Cell& cell, std::mt19937* random) {
   JointVector q(cell.model.arm.size());

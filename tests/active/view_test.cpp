@@ -50,7 +50,8 @@ Isometry3d Before(const ArmSample& sample, std::mt19937* random) {
 FeatureRows RowsAt(const ViewModel& model, const JointVector& q, const Isometry3d& X_WC) {
   PointViews points;
   const Isometry3d X_CE = X_WC.inverse() * EndEffectorPose(model.arm, q);
-  for (const Marker& marker : model.markers) points.push_back({*Project(X_CE * marker.p), true, true});
+  for (const Marker& marker : model.markers)
+    points.push_back({*Project(X_CE * marker.p), true, true});
   FeatureRows rows;
   model.features.Evaluate(model.camera, points, &rows);
   return rows;
@@ -153,7 +154,9 @@ struct FaultCase {
   std::function<void(PlacedMarker*, std::vector<PlacedCapsule>*)> spoil;
 };
 
-PlacedMarker GoodMarker() { return {{0.05, -0.02, 1.0}, {0.0, 0.0, -1.0}, 0.01}; }
+PlacedMarker GoodMarker() {
+  return {{0.05, -0.02, 1.0}, {0.0, 0.0, -1.0}, 0.01};
+}
 
 class CheckMarkerFinds : public ::testing::TestWithParam<FaultCase> {};
 
@@ -172,7 +175,8 @@ using Capsules = std::vector<PlacedCapsule>;
 INSTANTIATE_TEST_SUITE_P(
     Faults, CheckMarkerFinds,
     ::testing::Values(
-        FaultCase{"Behind", ViewFault::kBehind, [](PlacedMarker* m, Capsules*) { m->p_W.z() = -1.0; }},
+        FaultCase{"Behind", ViewFault::kBehind,
+                  [](PlacedMarker* m, Capsules*) { m->p_W.z() = -1.0; }},
         FaultCase{"TooNear", ViewFault::kTooNear,
                   [](PlacedMarker* m, Capsules*) { m->p_W = Vector3d(0.0, 0.0, 0.29); }},
         FaultCase{"TooFar", ViewFault::kTooFar,
@@ -194,11 +198,12 @@ INSTANTIATE_TEST_SUITE_P(
                     // The ray to the centre passes at 0.06 m, the ring reaches 0.02 m further.
                     c->push_back({{-1.0, 0.05, 0.5}, {1.0, 0.05, 0.5}, 0.05, 0});
                   }},
-        FaultCase{"OrderIsAsDocumented", ViewFault::kTooNear,
-                  [](PlacedMarker* m, Capsules* c) {
-                    *m = {{0.3, 0.0, 0.2}, {0.0, 0.0, 1.0}, 0.01};  // Too near, out of image, turned
-                    c->push_back({{-1.0, 0.0, 0.1}, {1.0, 0.0, 0.1}, 0.05, 0});  // and hidden.
-                  }}),
+        FaultCase{
+            "OrderIsAsDocumented", ViewFault::kTooNear,
+            [](PlacedMarker* m, Capsules* c) {
+              *m = {{0.3, 0.0, 0.2}, {0.0, 0.0, 1.0}, 0.01};  // Too near, out of image, turned
+              c->push_back({{-1.0, 0.0, 0.1}, {1.0, 0.0, 0.1}, 0.05, 0});  // and hidden.
+            }}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(CheckMarker, CarrierHidesOnlyFromBehind) {
@@ -237,7 +242,8 @@ TEST(IsHidden, AgreesWithMarching) {
       std::uniform_real_distribution<double> part(-0.15, 0.15);
       const Vector3d halfway = 0.5 * (X_WC.translation() + sample.markers[0].p_W);
       const Vector3d body(part(random), part(random), part(random));
-      sample.capsules.push_back({halfway + body, halfway + body + 0.2 * Vector3d::UnitZ(), 0.06, 0});
+      sample.capsules.push_back(
+          {halfway + body, halfway + body + 0.2 * Vector3d::UnitZ(), 0.06, 0});
       for (const PlacedMarker& marker : sample.markers) {
         PlacedMarker dot = marker;
         dot.radius = 1e-9;

@@ -62,8 +62,11 @@ bool IsAlive(pid_t pid) {
 
 bool BecomesTrue(const std::function<bool()>& condition) {
   const Time until = Clock::now() + kPatience;
-  while (!condition() && Clock::now() < until) std::this_thread::sleep_for(milliseconds(2));
-  return condition();
+  while (!condition()) {
+    if (Clock::now() > until) return false;
+    std::this_thread::sleep_for(milliseconds(2));
+  }
+  return true;
 }
 
 TEST(ChildProcess, ReportsTheExitCode) {

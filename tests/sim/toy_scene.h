@@ -35,8 +35,8 @@ inline SceneState ToyState(double pan, double shoulder, double elbow) {
   state.X_WL[0] = Eigen::Isometry3d(AngleAxisd(pan, Vector3d::UnitZ()));
   state.X_WL[0].translation().z() = 0.35;
   state.X_WL[1] = state.X_WL[0] * AngleAxisd(shoulder, Vector3d::UnitY());
-  state.X_WL[2] = state.X_WL[1] * Eigen::Translation3d(0.45, 0.0, 0.0) *
-                  AngleAxisd(elbow, Vector3d::UnitY());
+  state.X_WL[2] =
+      state.X_WL[1] * Eigen::Translation3d(0.45, 0.0, 0.0) * AngleAxisd(elbow, Vector3d::UnitY());
   state.X_WE = state.X_WL[2] * Eigen::Translation3d(0.42, 0.0, 0.0);
   return state;
 }
@@ -60,12 +60,14 @@ inline std::vector<Marker> ToolMarkers(double radius, double spread, const Eigen
   return markers;
 }
 
-inline Scene ToyScene(const std::vector<Marker>& tool_markers, const std::vector<Marker>& world_markers) {
+inline Scene ToyScene(const std::vector<Marker>& tool_markers,
+                      const std::vector<Marker>& world_markers) {
   using Eigen::Vector3d;
   const ArmLook look;
   Scene scene;
   const auto capsule = [&](int frame, const Vector3d& a, const Vector3d& b, double radius) {
-    scene.bodies.push_back({frame, CapsuleMesh(a, b, radius), frame < 0 ? look.base : look.link, 0.3F});
+    scene.bodies.push_back(
+        {frame, CapsuleMesh(a, b, radius), frame < 0 ? look.base : look.link, 0.3F});
     scene.capsules.push_back({frame, a, b, radius});
   };
   const auto drum = [&](int frame, double radius) {
@@ -74,15 +76,16 @@ inline Scene ToyScene(const std::vector<Marker>& tool_markers, const std::vector
                                          0.95 * radius, 0.12 * radius),
                             look.joint, 0.35F});
   };
-  scene.bodies.push_back({kWorldFrame, CylinderMesh({0, 0, 0}, {0, 0, 0.06}, 0.16, 0.012, 48),
-                          look.base, 0.2F});
+  scene.bodies.push_back(
+      {kWorldFrame, CylinderMesh({0, 0, 0}, {0, 0, 0.06}, 0.16, 0.012, 48), look.base, 0.2F});
   capsule(kWorldFrame, {0, 0, 0.05}, {0, 0, 0.26}, 0.075);
   capsule(0, {0, 0, -0.05}, {0, 0, 0}, 0.078);
   capsule(1, {0, 0, 0}, {0.45, 0, 0}, 0.06);
   capsule(2, {0, 0, 0}, {0.40, 0, 0}, 0.048);
   drum(1, 0.078);
   drum(2, 0.06);
-  for (const auto& [frame, markers] : {std::pair{kToolFrame, tool_markers}, {kWorldFrame, world_markers}}) {
+  for (const auto& [frame, markers] :
+       {std::pair{kToolFrame, tool_markers}, {kWorldFrame, world_markers}}) {
     TriangleMesh plates;
     for (const Marker& marker : markers) {
       scene.markers.push_back({frame, marker});

@@ -24,8 +24,8 @@ constexpr double kPi = 3.14159265358979323846;
 DiscBlob Measure(const GreyImage& image, const Vector2d& seed, bool dark,
                  const DiscOptions& options = {}) {
   return MeasureDisc(View(image), {0, 0, image.width, image.height},
-                     static_cast<int>(std::lround(seed.x())), static_cast<int>(std::lround(seed.y())),
-                     dark, options);
+                     static_cast<int>(std::lround(seed.x())),
+                     static_cast<int>(std::lround(seed.y())), dark, options);
 }
 
 class MeasureDiscOfBothPolarities : public ::testing::TestWithParam<bool> {};
@@ -130,7 +130,8 @@ TEST(MeasureDisc, RefusesACoveredDisc) {
           EXPECT_NE(blob.fault, MarkerFault::kNone) << "bar " << bar << " level " << level;
         }
         if (blob.fault == MarkerFault::kNone) {
-          EXPECT_TRUE(test::Near(blob.centroid, centre, 0.05)) << "bar " << bar << " level " << level;
+          EXPECT_TRUE(test::Near(blob.centroid, centre, 0.05))
+              << "bar " << bar << " level " << level;
         }
       }
     }
@@ -192,7 +193,8 @@ TEST(MeasureDisc, ReadsOnlyItsWindow) {
   const DiscBlob before = MeasureDisc(View(image), window, 80, 60, true, {});
   for (int v = 0; v < image.height; ++v) {
     for (int u = 0; u < image.width; ++u) {
-      if (!window.contains(u, v)) *image.at(u, v) = static_cast<std::uint8_t>((u * 7 + v * 13) % 256);
+      if (!window.contains(u, v))
+        *image.at(u, v) = static_cast<std::uint8_t>((u * 7 + v * 13) % 256);
     }
   }
   const DiscBlob after = MeasureDisc(View(image), window, 80, 60, true, {});

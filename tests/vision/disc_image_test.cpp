@@ -38,9 +38,9 @@ struct Disc {
 Disc RandomDisc(std::mt19937* random) {
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   Disc disc;
-  disc.p_C = Vector3d(0.35 * uniform(*random), 0.28 * uniform(*random), 0.8 + 0.3 * uniform(*random));
-  disc.normal_C =
-      Vector3d(0.9 * uniform(*random), 0.9 * uniform(*random), -1.0).normalized();
+  disc.p_C =
+      Vector3d(0.35 * uniform(*random), 0.28 * uniform(*random), 0.8 + 0.3 * uniform(*random));
+  disc.normal_C = Vector3d(0.9 * uniform(*random), 0.9 * uniform(*random), -1.0).normalized();
   disc.radius = 0.015;
   return disc;
 }
@@ -119,8 +119,7 @@ TEST(ProjectDisc, MatchesIntegrationThroughABentLens) {
 
 TEST(ProjectDisc, CentreIsTheProjectedCentreAndNotTheCentroid) {
   const Vector3d p_C(0.1, -0.05, 0.5);
-  const auto image =
-      ProjectDisc(Straight(), p_C, Vector3d(0.8, 0.0, -0.6).normalized(), 0.02);
+  const auto image = ProjectDisc(Straight(), p_C, Vector3d(0.8, 0.0, -0.6).normalized(), 0.02);
   ASSERT_TRUE(image.has_value());
   EXPECT_TRUE(test::Near(image->centre, ToPixel(Straight(), p_C.head<2>() / p_C.z()), 1e-12));
   EXPECT_GT((image->centre - image->centroid).norm(), 0.2);

@@ -28,7 +28,9 @@ CameraModel Camera() {
   return camera;
 }
 
-GreyImage Field() { return Blank(320, 240); }
+GreyImage Field() {
+  return Blank(320, 240);
+}
 
 MarkerPrediction At(int id, const Vector2d& pixel, double radius = 7.0, bool dark = true,
                     int group = 0) {
@@ -64,7 +66,8 @@ MarkerDetections Detect(const GreyImage& image, const std::vector<MarkerPredicti
 TEST(DetectMarkers, FindsMarkersAwayFromTheirPredictions) {
   for (const Vector2d& shift : {Vector2d(0.0, 0.0), Vector2d(7.0, -5.0), Vector2d(-11.0, 9.0)}) {
     GreyImage image = Field();
-    std::vector<MarkerPrediction> predictions{At(3, {100.0, 90.0}), At(8, {200.0, 150.0}, 7.0, false)};
+    std::vector<MarkerPrediction> predictions{At(3, {100.0, 90.0}),
+                                              At(8, {200.0, 150.0}, 7.0, false)};
     for (const MarkerPrediction& p : predictions) {
       DrawDot(&image, p.image.centroid + shift, p.image.shape, p.dark);
     }
@@ -97,7 +100,8 @@ TEST(DetectMarkers, RefusesAnotherSize) {
 TEST(DetectMarkers, OneDotHasNotTwoNames) {
   GreyImage image = Field();
   DrawDot(&image, {100.0, 90.0}, Shape(7.0, 7.0, 0.0), true);
-  for (const MarkerDetection& detection : Detect(image, {At(1, {100.0, 90.0}), At(2, {104.0, 90.0})})) {
+  for (const MarkerDetection& detection :
+       Detect(image, {At(1, {100.0, 90.0}), At(2, {104.0, 90.0})})) {
     EXPECT_EQ(detection.fault, MarkerFault::kAmbiguous);
   }
 }
@@ -132,9 +136,7 @@ TEST(PredictMarker, KnowsWhatTheCameraCannotSee) {
   const CameraModel camera = Camera();
   Marker marker;
   marker.normal = -Vector3d::UnitZ();
-  const auto at = [&](const Vector3d& p) {
-    return Eigen::Isometry3d(Eigen::Translation3d(p));
-  };
+  const auto at = [&](const Vector3d& p) { return Eigen::Isometry3d(Eigen::Translation3d(p)); };
   EXPECT_TRUE(PredictMarker(camera, at({0.0, 0.0, 1.0}), marker, 0).expected);
   EXPECT_FALSE(PredictMarker(camera, at({0.0, 0.0, -1.0}), marker, 0).expected);
   EXPECT_FALSE(PredictMarker(camera, at({2.0, 0.0, 1.0}), marker, 0).expected);
@@ -170,7 +172,8 @@ TEST(AcquireMarkers, NamesAShiftedAndTurnedGroup) {
   std::vector<Vector2d> truth;
   GreyImage image = Field();
   for (const MarkerPrediction& p : predictions) {
-    truth.push_back(Vector2d(175.0, 130.0) + 1.15 * turn * (p.image.centroid - Vector2d(140.0, 110.0)));
+    truth.push_back(Vector2d(175.0, 130.0) +
+                    1.15 * turn * (p.image.centroid - Vector2d(140.0, 110.0)));
     DrawDot(&image, truth.back(), Shape(7.6, 7.6, 0.0), true);
   }
   const MarkerDetections detections = Acquire(image, predictions);

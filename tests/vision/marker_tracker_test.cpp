@@ -52,7 +52,9 @@ std::vector<Vector2d> Triangle(const Vector2d& centre) {
           centre + Vector2d(5.0, 30.0)};
 }
 
-Time At(int frame) { return Time(FromSeconds(0.01 * frame)); }
+Time At(int frame) {
+  return Time(FromSeconds(0.01 * frame));
+}
 
 int CountValid(const MarkerDetections& detections) {
   int valid = 0;

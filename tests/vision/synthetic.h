@@ -45,7 +45,8 @@ inline void DrawDot(GreyImage* image, const Eigen::Vector2d& centre, const Eigen
       for (int j = 0; j < kSamples; ++j) {
         for (int i = 0; i < kSamples; ++i) {
           const Eigen::Vector2d p =
-              Eigen::Vector2d(u + (i + 0.5) / kSamples - 0.5, v + (j + 0.5) / kSamples - 0.5) - centre;
+              Eigen::Vector2d(u + (i + 0.5) / kSamples - 0.5, v + (j + 0.5) / kSamples - 0.5) -
+              centre;
           const double r2 = p.dot(inverse * p);
           sum += r2 <= 1.0 ? (dark ? kDark : kBright)
                            : (r2 <= 4.0 ? (dark ? kBright : kDark) : *image->at(u, v));

@@ -131,6 +131,7 @@ class ActiveCamera {
   Time last_step_{};
   std::optional<Time> last_plan_;
   std::optional<Time> held_since_;    // by the guard
+  double held_at_{0.0};               // where on the path, by the guard
   std::optional<Time> astray_since_;  // the rig stands elsewhere than commanded
   int lost_count_{0};                 // steps in a row with a marker lost
   int fruitless_in_a_row_{0};

@@ -25,6 +25,10 @@ struct RunSample {
   std::optional<double> true_error_mm;   ///< Worst marker's distance to its goal, from a simulator.
 };
 
+/// The sample of what a servo says at time t.
+[[nodiscard]] RunSample MakeSample(double t, const ServoStatus& status,
+                                   const ObservabilityReport& observability);
+
 /// How a run ended.
 struct RunSummary {
   std::string scenario;

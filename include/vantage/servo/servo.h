@@ -88,6 +88,8 @@ class Servo {
   [[nodiscard]] Twist CameraTwist() const noexcept;
   void PredictState(Time now, const Twist& V_WC_C) noexcept;
   void UseImage() noexcept;
+  [[nodiscard]] double GoalSigma() const noexcept;
+  [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason PredictRows() noexcept;
   [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
   void ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept;
@@ -107,13 +109,19 @@ class Servo {
   ImageFeatures features_;
   bool has_features_{false};
   bool image_is_new_{false};
-  // Per marker of the view, from the newest image: measured pixel less the model's at the exposure.
+  // Per marker of the view: measured pixel less the model's at the exposure it was last seen in.
   std::array<Eigen::Vector2d, kMaxPoints> offset_{};
-  std::array<bool, kMaxPoints> seen_{};
+  std::array<std::optional<Time>, kMaxPoints> last_seen_{};
+  // Per marker of the goal: measured pixel less that of its estimate.
+  std::array<Eigen::Vector2d, kMaxPoints> goal_offset_;
+  int markers_lost_{0};  // needed, and not in the newest image
   std::vector<GoalPointEstimator> goal_;
   ActiveOutput active_;
 
+  Time last_step_{};
+
   // Of the period under way.
+  double dt_{0.0};                // since the last one, at most the nominal period [s]
   JointVector q_;                 // now
   JointVector qdot_;              // last commanded
   Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};

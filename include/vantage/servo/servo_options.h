@@ -9,6 +9,8 @@ struct StalenessLimits {
   double joint_state{0.05};   ///< [s]; > 0.
   double camera_pose{0.25};   ///< [s]; > 0.
   double features{0.25};      ///< Age of the newest image's exposure [s]; > 0.
+  /// A marker that the newest image does not show is carried on by the model for this long [s]; >= 0.
+  double marker{0.15};
 };
 
 /// When a servo counts as converged.
@@ -28,6 +30,8 @@ struct ServoOptions {
   ConvergenceOptions convergence;
   double stall_time{1.5};            ///< Error not falling for this long counts as stalled [s]; > 0.
   double feature_noise_px{0.3};      ///< Standard deviation of a measured pixel coordinate [px]; > 0.
+  /// By how much errors of calibration shift a whole image, one view against another [px]; >= 0.
+  double calibration_px{2.0};
 };
 
 }  // namespace vantage

@@ -29,20 +29,20 @@ enum class MarkerFault : int {
 [[nodiscard]] const char* Name(MarkerFault fault) noexcept;
 
 struct DiscOptions {
-  double min_contrast{40.0};      ///< Between disc and ring [grey levels]; > 0.
-  double min_semi_axis{1.8};      ///< Shortest semi-axis of the disc's image [px].
-  double max_semi_axis{120.0};    ///< Longest [px].
-  double border{2.0};             ///< Least distance of the disc to the image border [px]; >= 1.
+  double min_contrast{40.0};    ///< Between disc and ring [grey levels]; > 0.
+  double min_semi_axis{1.8};    ///< Shortest semi-axis of the disc's image [px].
+  double max_semi_axis{120.0};  ///< Longest [px].
+  double border{2.0};           ///< Least distance of the disc to the image border [px]; >= 1.
   /// Two ellipse tests on the moments: A / (4π √det cov) lies within `ellipse_tolerance + ellipse_slack /
   /// A` of 1, and the norm of the whitened third central moments is at most `skewness_tolerance +
   /// skewness_slack / A`. The first finds cuts on both sides, the second a cut on one: a disc that lost a
   /// hundredth of its area at one side has a skewness of about 0.02. The values leave room for grey
   /// noise up to 6 levels in 200 and blur up to 1.5 px.
   double ellipse_tolerance{0.004};
-  double ellipse_slack{1.8};      ///< [px²].
+  double ellipse_slack{1.8};  ///< [px²].
   double skewness_tolerance{0.01};
-  double skewness_slack{2.5};     ///< [px²].
-  double ring_tolerance{0.3};     ///< Deviation of the ring's samples from their median, in contrasts.
+  double skewness_slack{2.5};  ///< [px²].
+  double ring_tolerance{0.3};  ///< Deviation of the ring's samples from their median, in contrasts.
 };
 
 /// A dot as measured in the real image.
@@ -52,9 +52,9 @@ struct DiscBlob {
   double area{0.0};                                   ///< [px²].
   double contrast{0.0};                               ///< Between disc and ring [grey levels].
   double roundness{0.0};                              ///< A / (4π √det cov); 1 for an ellipse.
-  double skewness{0.0};                               ///< Norm of whitened third moments; 0 likewise.
-  PixelWindow bounds;                                 ///< Of the disc, at half contrast.
-  MarkerFault fault{MarkerFault::kNoContrast};        ///< kNone: the rest is good.
+  double skewness{0.0};                         ///< Norm of whitened third moments; 0 likewise.
+  PixelWindow bounds;                           ///< Of the disc, at half contrast.
+  MarkerFault fault{MarkerFault::kNoContrast};  ///< kNone: the rest is good.
 };
 
 /// Measures the disc that holds the pixel (u, v).

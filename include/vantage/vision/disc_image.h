@@ -23,9 +23,10 @@ struct DiscImage {
   /// Σ of its outline (p - centroid)ᵀ Σ⁻¹ (p - centroid) = 1 in the real image [px²]. Four times the
   /// second central moments of the area; exact without distortion.
   Eigen::Matrix2d shape{Eigen::Matrix2d::Identity()};
-  double area{0.0};           ///< π √det Σ [px²].
-  double depth{0.0};          ///< Z of the disc's centre in the camera frame [m].
-  double cos_incidence{0.0};  ///< Cosine of the angle between normal and ray; > 0: seen from the front.
+  double area{0.0};   ///< π √det Σ [px²].
+  double depth{0.0};  ///< Z of the disc's centre in the camera frame [m].
+  double cos_incidence{
+      0.0};  ///< Cosine of the angle between normal and ray; > 0: seen from the front.
 };
 
 /// Image of a disc given in the camera's frame.

@@ -30,22 +30,22 @@ struct MarkerPrediction {
 
 /// Prediction for a marker fixed to F. `expected` is set when its disc faces the camera (angle between
 /// normal and ray below `max_incidence` [rad]) and its centroid lies in the image. Real-time safe.
-[[nodiscard]] MarkerPrediction PredictMarker(const CameraModel& camera, const Eigen::Isometry3d& X_CF,
-                                             const Marker& marker, int group,
-                                             double max_incidence = 1.4) noexcept;
+[[nodiscard]] MarkerPrediction PredictMarker(const CameraModel& camera,
+                                             const Eigen::Isometry3d& X_CF, const Marker& marker,
+                                             int group, double max_incidence = 1.4) noexcept;
 
 struct DetectorOptions {
   DiscOptions disc;
-  double search_margin{12.0};      ///< A disc may be this far from its prediction [px].
-  double area_tolerance{0.05};     ///< Relative deviation from the predicted area...
-  double area_slack{3.0};          ///< ... plus this, divided by the area [px²].
-  double min_spacing{3.0};         ///< Two markers are never nearer to one another [px].
+  double search_margin{12.0};   ///< A disc may be this far from its prediction [px].
+  double area_tolerance{0.05};  ///< Relative deviation from the predicted area...
+  double area_slack{3.0};       ///< ... plus this, divided by the area [px²].
+  double min_spacing{3.0};      ///< Two markers are never nearer to one another [px].
 };
 
 /// What became of one prediction.
 struct MarkerDetection {
   int id{0};
-  MarkerFault fault{MarkerFault::kNotFound};  ///< kNone: found, and trusted.
+  MarkerFault fault{MarkerFault::kNotFound};          ///< kNone: found, and trusted.
   Eigen::Vector2d centroid{Eigen::Vector2d::Zero()};  ///< Of the disc's image, as measured [px].
   Eigen::Vector2d pixel{Eigen::Vector2d::Zero()};     ///< To be published: see PublishedPixel().
   double area{0.0};                                   ///< [px²].
@@ -74,17 +74,17 @@ void DetectMarkers(const GreyView& image, const CameraModel& camera,
                    MarkerDetections* detections);
 
 struct AcquisitionOptions {
-  double max_shift{150.0};      ///< A group may be shifted this far from its predictions [px].
-  double max_turn{0.5};         ///< ... turned in the image by this angle [rad] ...
-  double max_scale{1.35};       ///< ... and scaled by this factor, or its inverse; > 1.
-  double gate{6.0};             ///< Distance left to each marker after that [px].
-  double area_tolerance{0.8};   ///< Relative deviation of a dot's area, or its inverse.
+  double max_shift{150.0};     ///< A group may be shifted this far from its predictions [px].
+  double max_turn{0.5};        ///< ... turned in the image by this angle [rad] ...
+  double max_scale{1.35};      ///< ... and scaled by this factor, or its inverse; > 1.
+  double gate{6.0};            ///< Distance left to each marker after that [px].
+  double area_tolerance{0.8};  ///< Relative deviation of a dot's area, or its inverse.
 };
 
 /// All dots of the image, wherever they are.
-/// @param least_semi_axis  Shorter semi-axis of the smallest dot sought: the search steps by 0.8 of it [px].
-[[nodiscard]] std::vector<DiscBlob> FindDiscs(const GreyView& image, bool dark, double least_semi_axis,
-                                              const DiscOptions& options);
+/// @param least_semi_axis  Shorter semi-axis of the smallest dot sought: the search steps by 1.1 of it [px].
+[[nodiscard]] std::vector<DiscBlob> FindDiscs(const GreyView& image, bool dark,
+                                              double least_semi_axis, const DiscOptions& options);
 
 /// Looks for all predicted markers in the whole image, but for those that turn away from the camera or
 /// are farther from the image than the largest shift. Dots get their names by the similarity

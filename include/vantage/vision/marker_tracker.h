@@ -32,12 +32,13 @@ class MarkerTracker {
     bool whole_image{true};
     std::vector<PixelWindow> windows;  ///< Where whole_image is false.
   };
-  [[nodiscard]] const SearchPlan& Plan(const std::vector<MarkerPrediction>& predictions, Time exposure);
+  [[nodiscard]] const SearchPlan& Plan(const std::vector<MarkerPrediction>& predictions,
+                                       Time exposure);
 
   /// Finds the markers in an image taken at `exposure`. Times must not decrease; after a step back the
   /// tracker starts anew.
-  const MarkerDetections& Track(const GreyView& image, const std::vector<MarkerPrediction>& predictions,
-                                Time exposure);
+  const MarkerDetections& Track(const GreyView& image,
+                                const std::vector<MarkerPrediction>& predictions, Time exposure);
 
   [[nodiscard]] const MarkerDetections& detections() const noexcept { return detections_; }
 
@@ -55,12 +56,12 @@ class MarkerTracker {
   struct Track_ {
     int id{0};
     int group{0};
-    bool seen{false};                                     // In the last image.
-    bool known{false};                                    // The offset means something.
+    bool seen{false};   // In the last image.
+    bool known{false};  // The offset means something.
     Time last_seen{};
-    Eigen::Vector2d offset{Eigen::Vector2d::Zero()};      // Measured less predicted centroid [px].
-    Eigen::Vector2d rate{Eigen::Vector2d::Zero()};        // [px/s].
-    double area_ratio{1.0};                               // Measured by predicted.
+    Eigen::Vector2d offset{Eigen::Vector2d::Zero()};  // Measured less predicted centroid [px].
+    Eigen::Vector2d rate{Eigen::Vector2d::Zero()};    // [px/s].
+    double area_ratio{1.0};                           // Measured by predicted.
   };
 
   void Correct(const std::vector<MarkerPrediction>& predictions, Time exposure);

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vantage/active/active_camera.h"
+#include "vantage/camera/camera_rig.h"
+#include "vantage/config/schema.h"
+#include "vantage/config/sim_options.h"
+#include "vantage/servo/servo.h"
+#include "vantage/servo/servo_options.h"
+
+namespace vantage {
+
+/// The scenario that runs when none is named.
+inline constexpr char kDefaultScenario[] = "puma560-bad-view";
+
+/// One task for one arm and one camera: all that the programs need to know.
+struct Scenario {
+  std::string name;           ///< Of the file, without folder and ending.
+  std::string description;    ///< One line.
+  ServoTask task;             ///< Arm, camera, features, markers, goal: what the controller knows.
+  CameraRig rig;
+  RigVector q_c_start;        ///< Rig coordinates at the start.
+  ServoOptions servo;
+  ActiveOptions active;
+  double time_limit{60.0};    ///< Of vantage-run [s].
+  SimOptions sim;             ///< For the simulator alone.
+  /// Where the markers of the end effector truly have to go [m]; for the simulator alone.
+  std::vector<Eigen::Vector3d> p_WG_true;
+};
+
+/// Loads a scenario: a YAML file, or a built-in one by its name.
+///
+/// @param recorder  Told of each key that is read (for the reference); may be null.
+/// Throws ConfigError with file, line, key and bound.
+[[nodiscard]] Scenario LoadScenario(const std::string& name_or_path,
+                                    SchemaRecorder* recorder = nullptr);
+
+}  // namespace vantage

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "vantage/math/time.h"
+#include "vantage/messaging/tcp_hub.h"
+
+/// @file
+/// Which LCM transport a program uses: what the user says in LCM_DEFAULT_URL; else multicast, if a
+/// quick test shows that it works here; else a TCP hub on this machine.
+
+namespace vantage {
+
+/// Multicast on this machine alone (ttl 0), with a receive buffer that holds images: with the system's
+/// default most of a VGA stream is lost.
+inline constexpr char kMulticastUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+/// What makes multicast work on a machine that has no route for it.
+inline constexpr char kMulticastMend[] = "sudo ip route add 239.255.76.67/32 dev lo";
+
+/// Outcome of the multicast test.
+struct MulticastTest {
+  bool works{false};
+  std::string reason;  ///< What failed, when it does not work.
+};
+
+/// Sends datagrams to LCM's multicast group on a port of its own and waits for them to come back, at
+/// most `timeout`. They do not leave the machine (ttl 0).
+[[nodiscard]] MulticastTest TestMulticast(Duration timeout = std::chrono::milliseconds(200));
+
+struct TransportOptions {
+  /// Programs that start others make a hub of their own, so that two runs do not mix. A single program
+  /// joins the hub that answers at the port, if one does.
+  bool join_existing_hub{false};
+  TcpHubOptions hub;
+  Duration test_timeout{std::chrono::milliseconds(200)};
+  /// For tests: the multicast test to use.
+  std::function<MulticastTest(Duration)> test_multicast{
+      [](Duration timeout) { return TestMulticast(timeout); }};
+};
+
+/// A chosen transport.
+struct Transport {
+  std::string url;  ///< For LcmLink, and for LCM_DEFAULT_URL of child processes.
+  std::string
+      explanation;  ///< Lines for the user: why this one, and what to do about it; or empty.
+  std::unique_ptr<TcpHub> hub;  ///< The hub this program runs, or null. Lives as long as this.
+
+  /// What to type in another terminal to watch: "LCM_DEFAULT_URL='...' tools/spy".
+  [[nodiscard]] std::string ReadyLine() const;
+};
+
+/// Chooses. Throws Error when a hub is needed and cannot be had.
+[[nodiscard]] Transport ChooseTransport(const TransportOptions& options = {});
+
+}  // namespace vantage

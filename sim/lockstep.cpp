@@ -1,0 +1,77 @@
+#include "sim/lockstep.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace vantage::sim {
+namespace {
+
+// As in vantage-servo.
+constexpr Duration kCameraPeriod = std::chrono::milliseconds(20);
+constexpr int kSamplesPerSecond = 50;
+
+}  // namespace
+
+Lockstep::Lockstep(const Scenario& scenario)
+    : world_(scenario, Time{}),
+      servo_(scenario.task, scenario.servo, scenario.active.trigger),
+      camera_task_(scenario.task, scenario.rig, scenario.q_c_start, scenario.active),
+      period_(FromSeconds(scenario.servo.period)) {}
+
+const ServoOutput& Lockstep::Tick() {
+  const Time now = world_.now() + period_;
+  world_.Advance(now);
+  servo_.Accept(world_.ReadJoints(), now);
+  servo_.Accept(world_.ReadCameraPose(), now);
+  if (const auto features = world_.ReadFeatures()) servo_.Accept(*features, now);
+  const ServoOutput& output = servo_.Step(now);
+  world_.Accept(output.command, now);
+  if (servo_.snapshot().valid && now >= next_camera_) {
+    next_camera_ = now + kCameraPeriod;
+    active_ = camera_task_.Step(servo_.snapshot());
+    servo_.Accept(active_);
+    if (active_.state != ActiveState::kDisabled) world_.Accept(CameraPose{now, active_.X_WC});
+  }
+  return output;
+}
+
+LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener) {
+  Lockstep lockstep(scenario);
+  LockstepRun run;
+  run.summary.scenario = scenario.name;
+  run.summary.camera = scenario.active.enabled ? "active" : "fixed";
+  run.summary.end = "time limit";
+  run.summary.lowest_trigger_value = std::numeric_limits<double>::infinity();
+  double next_sample = 0.0;
+  while (lockstep.time() < scenario.time_limit) {
+    const ServoOutput& output = lockstep.Tick();
+    run.truth = lockstep.world().truth();
+    if (output.observability.k > 0) {
+      run.summary.lowest_trigger_value =
+          std::min(run.summary.lowest_trigger_value, output.observability.trigger_value);
+    }
+    if (output.observability.k > 0 && lockstep.time() >= next_sample) {
+      next_sample = lockstep.time() + 1.0 / kSamplesPerSecond;
+      run.samples.push_back(MakeSample(lockstep.time(), output.status, output.observability));
+      run.samples.back().true_error_mm = 1e3 * run.truth.worst_error;
+      if (listener) {
+        listener(run.samples.back(), output.observability, output.status, lockstep.world());
+      }
+    }
+    run.summary.status = output.status;
+    run.summary.observability = output.observability;
+    if (output.status.state == ServoState::kConverged) {
+      run.summary.converged = true;
+      run.summary.end = "converged";
+      break;
+    }
+  }
+  run.summary.duration = lockstep.time();
+  run.summary.time_to_converge = lockstep.time();
+  run.summary.true_error_mm = 1e3 * run.truth.worst_error;
+  run.summary.camera_moves = lockstep.active().moves;
+  run.summary.limit_violations = run.truth.limit_violations;
+  return run;
+}
+
+}  // namespace vantage::sim

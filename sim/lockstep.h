@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "sim/world.h"
+#include "vantage/config/scenario.h"
+#include "vantage/report/run_record.h"
+#include "vantage/servo/camera_task.h"
+#include "vantage/servo/servo.h"
+
+namespace vantage::sim {
+
+/// Servo, active camera and simulated cell in lockstep on simulated time: the code of the programs
+/// without clock, threads and transport. The same scenario and seed give the same numbers.
+class Lockstep {
+ public:
+  /// Throws ConfigError or RenderError.
+  explicit Lockstep(const Scenario& scenario);
+
+  /// One control period.
+  const ServoOutput& Tick();
+
+  [[nodiscard]] World& world() noexcept { return world_; }
+  [[nodiscard]] const Servo& servo() const noexcept { return servo_; }
+  [[nodiscard]] const ActiveOutput& active() const noexcept { return active_; }
+  [[nodiscard]] double time() const noexcept { return ToSeconds(world_.now() - Time{}); }  ///< [s].
+
+ private:
+  World world_;
+  Servo servo_;
+  CameraTask camera_task_;
+  ActiveOutput active_;
+  Duration period_;
+  Time next_camera_{};
+};
+
+/// Outcome of a whole run.
+struct LockstepRun {
+  RunSummary summary;
+  std::vector<RunSample> samples;   ///< 50 per simulated second.
+  GroundTruth truth;                ///< At the end.
+};
+
+/// Told of each sample as it is made; the world is the one it was made of.
+using SampleListener =
+    std::function<void(const RunSample& sample, const ObservabilityReport& observability,
+                       const ServoStatus& status, World& world)>;
+
+/// Runs until the servo has converged, or for the scenario's time limit.
+[[nodiscard]] LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener = {});
+
+}  // namespace vantage::sim

@@ -1,0 +1,117 @@
+#include "run_console.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+
+namespace vantage {
+namespace {
+
+constexpr double kTerminalStep = 0.5;  // [s] between lines that stay
+constexpr double kPlainStep = 1.0;
+
+std::string Format(const char* format, double value) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+// At most six characters for any positive number.
+std::string Short(double value) {
+  if (!std::isfinite(value)) return "inf";
+  if (value != 0.0 && (value >= 1e5 || value < 1e-2)) return Format("%.1e", value);
+  return Format(value < 10.0 ? "%.3f" : "%.1f", value);
+}
+
+const char* MeasureName(TriggerMeasure measure) {
+  switch (measure) {
+    case TriggerMeasure::kGeometricMean: return "w_c^(1/s)";
+    case TriggerMeasure::kCompositeW: return "w_c";
+    case TriggerMeasure::kSigmaMin: return "sigma_min";
+    case TriggerMeasure::kInverseCondition: return "1/cond";
+  }
+  return "";
+}
+
+}  // namespace
+
+RunConsole::RunConsole(bool quiet) : quiet_(quiet), terminal_(isatty(STDOUT_FILENO) != 0) {}
+
+void RunConsole::Line(const std::string& text, bool keep) {
+  if (quiet_) return;
+  if (open_line_) std::cout << "\r\033[K";
+  std::cout << text;
+  open_line_ = !keep;
+  if (keep) std::cout << '\n';
+  std::cout << std::flush;
+}
+
+void RunConsole::Note(const std::string& text) { Line(text, true); }
+
+void RunConsole::Begin(const std::string& headline, TriggerMeasure measure) {
+  Line(headline, true);
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, "%6s  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", "t [s]",
+                "state", "error px", "w_v", "w_r", "w_c", MeasureName(measure), "thresh", "mm/px",
+                "camera");
+  Line(buffer, true);
+}
+
+void RunConsole::Show(const RunSample& sample, const ObservabilityReport& observability,
+                      const ServoStatus& status) {
+  const bool keep = sample.t >= next_line_;
+  if (!keep && !terminal_) return;
+  if (keep) {
+    const double step = terminal_ ? kTerminalStep : kPlainStep;
+    next_line_ = step * (std::floor(sample.t / step) + 1.0);
+  }
+  std::string camera = Name(observability.active_state);
+  if (observability.active_state == ActiveState::kMoving) {
+    camera += std::string(" ") + Name(observability.active_reason);
+  } else if (sample.trigger_value < sample.threshold) {
+    camera += std::string(" (low: ") + Name(observability.cause) + ")";
+  }
+  const std::string state =
+      status.reason == HoldReason::kNone
+          ? Name(status.state)
+          : std::string(Name(status.state)) + " " + Name(status.reason);
+  char buffer[240];
+  std::snprintf(buffer, sizeof buffer, "%6.2f  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", sample.t,
+                state.c_str(), Short(sample.error_px).c_str(), Short(sample.w_v).c_str(),
+                Short(sample.w_r).c_str(), Short(sample.w_c).c_str(),
+                Short(sample.trigger_value).c_str(), Short(sample.threshold).c_str(),
+                Short(sample.mm_per_px).c_str(), camera.c_str());
+  Line(buffer, keep);
+}
+
+void RunConsole::End(const RunSummary& summary, const std::string& folder) {
+  if (open_line_) Line("", true);
+  std::string text = summary.converged ? "converged after " : "NOT converged: " + summary.end + " after ";
+  text += Format("%.2f s: error ", summary.duration) + Short(summary.status.error_px) + " px";
+  if (summary.true_error_mm) text += ", true error " + Short(*summary.true_error_mm) + " mm";
+  text += ", " + std::to_string(summary.camera_moves) + " camera moves";
+  if (std::isfinite(summary.lowest_trigger_value)) {
+    text += Format(", lowest trigger value %.1f", summary.lowest_trigger_value);
+  }
+  Line(text, true);
+  if (!summary.converged && summary.status.reason != HoldReason::kNone) {
+    Line(std::string("the servo ended in ") + Name(summary.status.state) + " because of " +
+             Name(summary.status.reason),
+         true);
+  } else if (!summary.converged && summary.status.error_px < 1.0) {
+    Line("the error in the image is small, but one pixel may hide " +
+             Short(summary.observability.mm_per_px) + " mm in this view: it certifies nothing",
+         true);
+  }
+  Line("loop: " + std::to_string(summary.status.seq) + " periods, " +
+           std::to_string(summary.status.deadline_misses) + " late, longest " +
+           Short(summary.status.loop_time_max_us) + " us; " +
+           std::to_string(summary.status.stops) + " stops, " +
+           std::to_string(summary.limit_violations) + " limit violations",
+       true);
+  if (!folder.empty()) Line("wrote " + folder, true);
+}
+
+}  // namespace vantage

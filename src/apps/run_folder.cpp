@@ -1,0 +1,37 @@
+#include "run_folder.h"
+
+#include <ctime>
+
+#include "vantage/math/error.h"
+
+namespace vantage {
+
+RunFolder::RunFolder(const std::string& parent, const std::string& scenario) {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char stamp[32];
+  std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
+  const std::filesystem::path base = std::filesystem::path(parent) / (scenario + "-" + stamp);
+  std::error_code error;
+  std::filesystem::create_directories(parent, error);
+  // Two runs may start in the same second: create_directory() says who was first.
+  for (int i = 1; i < 1000 && !error; ++i) {
+    path_ = i == 1 ? base.string() : base.string() + "-" + std::to_string(i);
+    if (std::filesystem::create_directory(path_, error)) return;
+  }
+  throw Error("cannot make a run folder in " + parent + ": " + error.message());
+}
+
+std::string RunFolder::Write(const RunSummary& summary, const std::vector<RunSample>& samples) const {
+  WriteSamples(samples, File("samples.csv"));
+  WriteSummary(summary, File("summary.json"));
+  try {
+    PlotRun(summary, samples, path_.string());
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace vantage

@@ -1,0 +1,250 @@
+#include <filesystem>
+
+#include "vantage/config/loaders.h"
+#include "vantage/config/scenario.h"
+#include "vantage/robot/kinematics.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+ServoLawOptions LoadLaw(const Section& section) {
+  const ServoLawOptions defaults;
+  ServoLawOptions law;
+  law.gain_at_zero = section.Number("gain_at_zero", {0.01, 50.0, "1/s"}, defaults.gain_at_zero,
+                                    "Gain near the goal.");
+  law.gain_at_infinity = section.Number("gain_at_infinity", {0.01, 50.0, "1/s"},
+                                        std::min(defaults.gain_at_infinity, law.gain_at_zero),
+                                        "Gain far from the goal.");
+  if (law.gain_at_infinity > law.gain_at_zero) {
+    section.Fail("gain_at_infinity", "must not be above gain_at_zero");
+  }
+  law.gain_slope = section.Number("gain_slope", {0.0, 10.0, "1/(s px)"}, defaults.gain_slope,
+                                  "How fast the gain falls as the error grows.");
+  law.damping = section.Number("damping", {0.0, 1e4, "px/rad"}, defaults.damping,
+                               "Largest damping of the inverse near a singularity.");
+  law.damping_onset = section.Number("damping_onset", {0.0, 1e5, "px/rad"}, defaults.damping_onset,
+                                     "Least singular value without damping.");
+  law.max_error_rate = section.Number("max_error_rate", {1.0, 1e5, "px/s"}, defaults.max_error_rate,
+                                      "Greatest image speed that is asked for.");
+  return law;
+}
+
+ServoOptions LoadServo(const Section& section) {
+  const ServoOptions defaults;
+  ServoOptions servo;
+  servo.period = section.Number("period", {0.0005, 0.1, "s"}, defaults.period, "Control period.");
+  servo.law = LoadLaw(section);
+  const Section staleness =
+      section.OptionalChild("staleness", "Greatest ages of inputs; older ones make the servo hold.");
+  const Range age{0.001, 10.0, "s"};
+  servo.staleness.joint_state =
+      staleness.Number("joint_state", age, defaults.staleness.joint_state, "Joint state.");
+  servo.staleness.camera_pose =
+      staleness.Number("camera_pose", age, defaults.staleness.camera_pose, "Camera pose.");
+  servo.staleness.features =
+      staleness.Number("features", age, defaults.staleness.features, "Exposure of the newest image.");
+  servo.staleness.marker = staleness.Number("marker", {0.0, 10.0, "s"}, defaults.staleness.marker,
+                                            "A marker not seen is carried on by the model this long.");
+  const Section convergence = section.OptionalChild("convergence", "When the task counts as done.");
+  servo.convergence.tolerance_px =
+      convergence.Number("tolerance_px", {0.001, 1000.0, "px"}, defaults.convergence.tolerance_px,
+                         "Root mean square error of the feature rows.");
+  servo.convergence.settle_time =
+      convergence.Number("settle_time", {0.0, 60.0, "s"}, defaults.convergence.settle_time,
+                         "The error must stay below the tolerance this long.");
+  servo.convergence.max_mm_per_px =
+      convergence.Number("max_mm_per_px", {0.001, 1e6, "mm/px"}, defaults.convergence.max_mm_per_px,
+                         "Worst motion of a marker that one pixel may hide: the view's certificate.");
+  servo.stall_time = section.Number("stall_time", {0.1, 60.0, "s"}, defaults.stall_time,
+                                    "An error that does not fall for this long is a stall.");
+  servo.feature_noise_px = section.Number("feature_noise_px", {0.001, 100.0, "px"},
+                                          defaults.feature_noise_px,
+                                          "Standard deviation of a measured pixel coordinate.");
+  servo.calibration_px = section.Number("calibration_px", {0.0, 100.0, "px"}, defaults.calibration_px,
+                                        "By how much errors of calibration shift a whole image.");
+  return servo;
+}
+
+ActiveOptions LoadActive(const Section& section) {
+  const ActiveOptions defaults;
+  ActiveOptions active;
+  active.enabled = section.Flag("enabled", defaults.enabled, "Whether the camera may move.");
+  active.replan_interval = section.Number("replan_interval", {0.01, 60.0, "s"},
+                                          defaults.replan_interval, "Least time between two plans.");
+  active.look_ahead = section.Number("look_ahead", {0.0, 10.0, "s"}, defaults.look_ahead,
+                                     "A marker predicted to be lost within this time fires too.");
+  const Section trigger = section.OptionalChild("trigger", "When the camera is asked to move.");
+  active.trigger.measure = trigger.Choice<TriggerMeasure>(
+      "measure",
+      {{"geometric_mean", TriggerMeasure::kGeometricMean},
+       {"composite_w", TriggerMeasure::kCompositeW},
+       {"sigma_min", TriggerMeasure::kSigmaMin},
+       {"inverse_condition", TriggerMeasure::kInverseCondition}},
+      defaults.trigger.measure, "geometric_mean is w_c^(1/s) in px/rad, composite_w is w_c itself.");
+  active.trigger.threshold = trigger.Number("threshold", {1e-12, 1e24, ""}, defaults.trigger.threshold,
+                                            "The camera moves below it; in the measure's unit.");
+  active.trigger.hysteresis = trigger.Number("hysteresis", {1.0, 100.0, ""},
+                                             defaults.trigger.hysteresis,
+                                             "Armed again above hysteresis times the threshold.");
+  active.trigger.debounce = static_cast<int>(trigger.Integer(
+      "debounce", 1, 1000, defaults.trigger.debounce, "Evaluations in a row that fire."));
+  const Section planner = section.OptionalChild("planner", "How a better view is sought.");
+  PlannerOptions& plan = active.planner;
+  plan.candidates = static_cast<int>(
+      planner.Integer("candidates", 8, 100000, plan.candidates, "Camera positions tried per plan."));
+  plan.path_samples = static_cast<int>(planner.Integer(
+      "path_samples", 1, 100, plan.path_samples, "Configurations each one is scored at."));
+  plan.travel_cost = planner.Number("travel_cost", {0.0, 100.0, "1/m"}, plan.travel_cost,
+                                    "Cost of camera travel, in units of log w / s.");
+  plan.cap = planner.Number("cap", {1.0, 1e6, ""}, plan.cap,
+                            "Above cap times the threshold a view is good enough.");
+  plan.min_gain = planner.Number("min_gain", {0.0, 100.0, ""}, plan.min_gain,
+                                 "Relative gain of w_c^(1/s) that a move must promise.");
+  const Section limits = section.OptionalChild("view_limits", "What every view must keep.");
+  ViewLimits& view = plan.limits;
+  view.margin = limits.Number("margin", {0.0, 10000.0, "px"}, view.margin,
+                              "Distance of markers to the image's border.");
+  view.min_depth = limits.Number("min_depth", {0.001, 1e4, "m"}, view.min_depth,
+                                 "Least depth of a marker.");
+  view.max_depth = limits.Number("max_depth", {0.001, 1e4, "m"}, view.max_depth,
+                                 "Greatest depth of a marker.");
+  if (view.max_depth <= view.min_depth) limits.Fail("max_depth", "must be above min_depth");
+  view.max_incidence = limits.Degrees("max_incidence_deg", {1.0, 90.0, "deg"},
+                                      view.max_incidence * 180.0 / 3.141592653589793,
+                                      "Greatest angle between a marker's normal and the ray to it.");
+  return active;
+}
+
+SimOptions LoadSim(const Section& section, const ArmModel& arm) {
+  SimOptions sim;
+  sim.q_start = LoadJoints(section, "start_joints", arm, "True joints at the start.");
+  sim.step = section.Number("step", {1e-4, 0.01, "s"}, sim.step, "Step of the plants.");
+  sim.seed = static_cast<std::uint64_t>(section.Integer("seed", 0, 1000000000, 1, "Of every random number."));
+  const Section effects = section.OptionalChild("arm", "Effects of a real arm.");
+  ArmEffects& a = sim.arm;
+  a.lag = effects.Number("lag", {0.0, 1.0, "s"}, a.lag, "Time constant of the velocity loop.");
+  a.encoder_noise = effects.Degrees("encoder_noise_deg", {0.0, 10.0, "deg"}, 0.0,
+                                    "Standard deviation of a joint reading.");
+  a.encoder_bias = effects.Degrees("encoder_bias_deg", {0.0, 10.0, "deg"}, 0.0,
+                                   "Standard deviation of each joint's constant error.");
+  a.watchdog = effects.Number("watchdog", {0.005, 10.0, "s"}, a.watchdog,
+                              "The arm brakes when no command came for this long.");
+  const Section image = section.OptionalChild("camera", "Effects of a real camera and its rig.");
+  CameraEffects& c = sim.camera;
+  c.rate = image.Number("rate", {1.0, 1000.0, "1/s"}, c.rate, "Images per second.");
+  c.noise_grey = image.Number("noise_grey", {0.0, 50.0, ""}, c.noise_grey,
+                              "Standard deviation of a pixel, of 255 grey levels.");
+  c.latency_frames = static_cast<int>(image.Integer("latency_frames", 0, 60, c.latency_frames,
+                                                    "Images between exposure and arrival."));
+  c.drop_rate = image.Number("drop_rate", {0.0, 0.99, ""}, c.drop_rate, "Share of images lost.");
+  c.position_error = image.Number("position_error", {0.0, 1.0, "m"}, c.position_error,
+                                  "Standard deviation of the pose's constant error, each axis.");
+  c.rotation_error = image.Degrees("rotation_error_deg", {0.0, 45.0, "deg"}, 0.0,
+                                   "The same of its rotation vector.");
+  c.focal_error = image.Number("focal_error", {0.0, 0.5, ""}, c.focal_error,
+                               "Standard deviation of the true focal length, relative.");
+  return sim;
+}
+
+std::vector<Vector3d> Points(const Isometry3d& X_WE, const std::vector<Marker>& markers) {
+  std::vector<Vector3d> points;
+  for (const Marker& marker : markers) points.push_back(X_WE * marker.p);
+  return points;
+}
+
+// A goal that markers in the scene show: where they are believed to be goes to the servo, where they
+// are to the simulator.
+void LoadSeenGoal(const Section& seen, std::size_t count, Scenario* scenario) {
+  ServoGoal& goal = scenario->task.goal;
+  const std::vector<Marker> truth =
+      LoadMarkers(seen, "markers", static_cast<int>(count), static_cast<int>(count),
+                  "Markers in the scene, one for each of the end effector's; positions in the world, "
+                  "for the simulator alone.");
+  goal.offset_W = seen.Vector3("offset", {-10.0, 10.0, "m"}, Vector3d(0.0, 0.0, 0.0),
+                               "From each marker of the goal to its goal point, in world axes.");
+  goal.prior_sigma = seen.Number("prior_sigma", {1e-4, 10.0, "m"}, goal.prior_sigma,
+                                 "Standard deviation of the prior along each axis.");
+  const Vector3d error = seen.Vector3("prior_error", {-10.0, 10.0, "m"}, Vector3d(0.0, 0.0, 0.0),
+                                      "How far the servo's prior is off, in world axes.");
+  goal.marker_radius = truth.front().radius;
+  for (const Marker& marker : truth) {
+    for (const Marker& own : scenario->task.view.markers) {
+      if (own.id == marker.id) {
+        seen.Fail("markers", "id " + std::to_string(marker.id) + " is a marker of the end effector");
+      }
+    }
+    goal.marker_ids.push_back(marker.id);
+    goal.p_WG.push_back(marker.p + error);
+    goal.normals.push_back(marker.normal);
+    scenario->p_WG_true.push_back(marker.p + goal.offset_W);
+  }
+  scenario->sim.goal_markers = truth;
+}
+
+void LoadGoal(const Section& section, Scenario* scenario) {
+  const ViewModel& view = scenario->task.view;
+  const bool joints = section.FormOf("joints") != Section::Form::kAbsent ||
+                      section.FormOf("joints_deg") != Section::Form::kAbsent;
+  const bool pose = section.FormOf("end_effector") != Section::Form::kAbsent;
+  const bool seen = section.FormOf("seen") != Section::Form::kAbsent;
+  if (static_cast<int>(joints) + static_cast<int>(pose) + static_cast<int>(seen) != 1) {
+    section.Fail("", "needs one of joints (or joints_deg), end_effector, seen");
+  }
+  if (seen) {
+    LoadSeenGoal(section.Child("seen", "A goal that markers in the scene show."), view.markers.size(),
+                 scenario);
+    return;
+  }
+  const Isometry3d X_WE =
+      joints ? EndEffectorPose(view.arm, LoadJoints(section, "joints", view.arm,
+                                                    "Joints whose end-effector pose is the goal."))
+             : LoadPose(section, "end_effector", true, "Pose of the end effector in the world.");
+  scenario->task.goal.p_WG = Points(X_WE, view.markers);
+  scenario->p_WG_true = scenario->task.goal.p_WG;
+  // A known goal is as good as the model.
+  scenario->task.goal.prior_sigma = 1e-6;
+}
+
+ViewModel LoadView(const Section& root, SchemaRecorder* recorder) {
+  const ArmModel arm =
+      FindRobot(root.Text("robot", kRequired, "Built-in robot, or a robot file."), root.folder(), recorder);
+  const CameraModel camera = LoadCamera(root.OptionalChild("camera", "Intrinsics of the camera."));
+  const std::vector<Marker> markers =
+      LoadMarkers(root, "markers", 1, kMaxPoints, "Dots on the end effector, in its frame.");
+  const int count = static_cast<int>(markers.size());
+  return {arm, camera, FeatureSet(LoadFeatures(root, "features", count), count), markers};
+}
+
+}  // namespace
+
+Scenario LoadScenario(const std::string& name_or_path, SchemaRecorder* recorder) {
+  const ConfigText text = FindConfigText(ConfigKind::kScenario, name_or_path);
+  const Section root = ParseConfig(text, recorder);
+  const std::string description =
+      root.Text("description", std::string("-"), "One line about the scenario.");
+  const ViewModel view = LoadView(root, recorder);
+  const RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
+  Scenario scenario{std::filesystem::path(name_or_path).stem().string(),
+                    description,
+                    {view, {}},
+                    rig.rig,
+                    rig.q_c_start,
+                    {},
+                    {},
+                    60.0,
+                    {},
+                    {}};
+  scenario.servo = LoadServo(root.OptionalChild("servo", "The control law and its limits."));
+  scenario.active = LoadActive(root.OptionalChild("active", "The active camera."));
+  scenario.time_limit = root.Number("time_limit", {0.1, 86400.0, "s"}, scenario.time_limit,
+                                    "vantage-run gives up after this long.");
+  scenario.sim = LoadSim(root.Child("sim", "For the simulator alone."), view.arm);
+  LoadGoal(root.Child("goal", "Where the end effector has to go."), &scenario);
+  root.RejectUnknownKeys();
+  return scenario;
+}
+
+}  // namespace vantage
