@@ -160,11 +160,9 @@ void ActiveCamera::Move(double dt, const ActiveInputs& inputs) {
   if (!held && motion_.s() > held_at_ + kHeadway) held_since_.reset();
   if (!motion_.AtRest()) return;
   if (next_) {
-    RigPath path = *next_;
     // It was planned from where the camera was expected to come to rest.
-    path.control += 0.5 * (motion_.q_c() - path.start);
-    path.start = motion_.q_c();
-    path.control = ClampToLimits(rig_, path.control);
+    RigPath path = next_->StartingAt(motion_.q_c());
+    for (int i = 1; i < RigPath::kPoints; ++i) path.point(i) = ClampToLimits(rig_, path.point(i));
     Begin(path, next_gain_);
     return;
   }
@@ -270,7 +268,7 @@ void ActiveCamera::PlanOnTheWay(const ActiveInputs& inputs) {
   last_plan_ = inputs.now;
   ++output_.plans;
   PlanRequest request = RequestFrom(inputs, motion_.StopCoordinates());
-  request.q_c_stay = motion_.path().end;
+  request.q_c_stay = motion_.path().end();
   request.q_soon.resize(0);  // The camera is not there yet.
   PlannerOptions options = options_.planner;
   options.min_gain *= kTurnOff;

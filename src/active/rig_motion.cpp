@@ -21,46 +21,128 @@ constexpr double kNoMotion = 1e-12;
 // The end counts as reached within this share of the path.
 constexpr double kArrived = 1e-8;
 
+// Knot i of the clamped uniform cubic: 0 four times, then even steps, 1 four times.
+double Knot(int i) noexcept {
+  return std::clamp(static_cast<double>(i - 3) / RigPath::kSpans, 0.0, 1.0);
+}
+
+int SpanOf(double s) noexcept {
+  return std::clamp(static_cast<int>(s * RigPath::kSpans), 0, RigPath::kSpans - 1);
+}
+
+// Value at s in `span` of the curve of degree D (the cubic's derivative of that degree) whose points
+// there are the first D + 1 of *d.
+template <int D>
+RigVector DeBoor(std::array<RigVector, 4>* d, int span, double s) noexcept {
+  const int k = span + 3;  // Knots k and k + 1 hold the span, whatever the degree.
+  for (int level = 1; level <= D; ++level) {
+    for (int i = D; i >= level; --i) {
+      const double low = Knot(k - D + i);
+      const double high = Knot(k + 1 + i - level);
+      const double share = (s - low) / (high - low);
+      (*d)[i] = (1.0 - share) * (*d)[i - 1] + share * (*d)[i];
+    }
+  }
+  return (*d)[D];
+}
+
 }  // namespace
 
 RigPath RigPath::Straight(const RigVector& start, const RigVector& end) {
-  return {start, 0.5 * (start + end), end};
+  RigPath path;
+  for (int i = 0; i < kPoints; ++i) {
+    path.points_[i] = (1.0 - Station(i)) * start + Station(i) * end;
+  }
+  return path;
+}
+
+RigPath RigPath::Parabola(const RigVector& start, const RigVector& control, const RigVector& end) {
+  // Control point i is the curve's polar form at the knots i + 1, i + 2, i + 3; that of a parabola seen
+  // as a cubic is the mean of its own over the three pairs. Each pair is a mean of the three points.
+  const auto polar = [&](double u, double v) -> RigVector {
+    return (1.0 - u) * (1.0 - v) * start + (u * (1.0 - v) + v * (1.0 - u)) * control + u * v * end;
+  };
+  RigPath path;
+  for (int i = 0; i < kPoints; ++i) {
+    const double u = Knot(i + 1), v = Knot(i + 2), w = Knot(i + 3);
+    path.points_[i] = (polar(u, v) + polar(v, w) + polar(u, w)) / 3.0;
+  }
+  path.points_.front() = start;
+  path.points_.back() = end;
+  return path;
+}
+
+double RigPath::Station(int point) noexcept {
+  return (Knot(point + 1) + Knot(point + 2) + Knot(point + 3)) / 3.0;
+}
+
+RigPath RigPath::StartingAt(const RigVector& start) const {
+  RigPath path = *this;
+  for (int i = 0; i < kPoints; ++i) {
+    const double rest = 1.0 - Station(i);
+    path.points_[i] += rest * rest * rest * (start - points_.front());
+  }
+  path.points_.front() = start;
+  return path;
 }
 
 RigVector RigPath::At(double s) const noexcept {
-  const double r = 1.0 - s;
-  return r * r * start + 2.0 * s * r * control + s * s * end;
+  std::array<RigVector, 4> d;
+  const int span = SpanOf(s);
+  for (int i = 0; i < 4; ++i) d[i] = points_[span + i];
+  return DeBoor<3>(&d, span, s);
 }
 
 RigVector RigPath::Slope(double s) const noexcept {
-  return 2.0 * ((1.0 - s) * (control - start) + s * (end - control));
+  std::array<RigVector, 4> d;
+  const int span = SpanOf(s);
+  for (int i = 0; i < 3; ++i) d[i] = SlopePoint(span + i);
+  return DeBoor<2>(&d, span, s);
 }
 
-RigVector RigPath::Bend() const noexcept {
-  return 2.0 * (start - 2.0 * control + end);
+RigVector RigPath::Bend(double s) const noexcept {
+  std::array<RigVector, 4> d;
+  const int span = SpanOf(s);
+  for (int i = 0; i < 2; ++i) d[i] = BendPoint(span + i);
+  return DeBoor<1>(&d, span, s);
 }
 
-RigMotion::RigMotion(const RigVector& q_c) : path_{q_c, q_c, q_c}, s_(1.0) {}
+RigVector RigPath::SlopePoint(int i) const noexcept {
+  return 3.0 / (Knot(i + 4) - Knot(i + 1)) * (points_[i + 1] - points_[i]);
+}
+
+RigVector RigPath::BendPoint(int i) const noexcept {
+  return 2.0 / (Knot(i + 4) - Knot(i + 2)) * (SlopePoint(i + 1) - SlopePoint(i));
+}
+
+RigVector RigPath::SlopeBound() const noexcept {
+  RigVector bound = SlopePoint(0).cwiseAbs();
+  for (int i = 1; i + 1 < kPoints; ++i) bound = bound.cwiseMax(SlopePoint(i).cwiseAbs());
+  return bound;
+}
+
+double RigPath::Length() const noexcept {
+  double length = 0.0;
+  for (int i = 0; i + 1 < kPoints; ++i) length += (points_[i + 1] - points_[i]).lpNorm<1>();
+  return length;
+}
+
+RigMotion::RigMotion(const RigVector& q_c) : path_(RigPath::Straight(q_c, q_c)), s_(1.0) {}
 
 RigMotion::RigMotion(const CameraRig& rig, const RigPath& path) : path_(path) {
-  assert(path.start.size() == rig.size());
-  const RigVector bend = path.Bend();
-  const double bent = bend.size() > 0 ? bend.cwiseAbs().maxCoeff() : 0.0;
+  assert(path.start().size() == rig.size());
+  double bent = 0.0;
+  for (int k = 0; k <= RigPath::kSpans; ++k) {
+    bent = std::max(bent, path.Bend(static_cast<double>(k) / RigPath::kSpans).lpNorm<1>());
+  }
   const bool straight = bent < 1e-9;
   const double along = straight ? 1.0 : kAlongShare;
 
-  // Speed bounds at the grid's points; the largest slope of each axis bounds the acceleration.
+  const RigVector slope_bound = path.SlopeBound();
   acceleration_ = kInfinity;
-  double bend_rate2 = kInfinity;
   for (int i = 0; i < rig.size(); ++i) {
-    // The slope is linear in s: its extremes are at the ends.
-    const double slope = std::max(std::abs(path.Slope(0.0)(i)), std::abs(path.Slope(1.0)(i)));
-    if (slope < kNoMotion) continue;
-    acceleration_ = std::min(acceleration_, along * rig.axes[i].max_acceleration / slope);
-    if (!straight && std::abs(bend(i)) > 0.0) {
-      bend_rate2 =
-          std::min(bend_rate2, (1.0 - along) * rig.axes[i].max_acceleration / std::abs(bend(i)));
-    }
+    if (slope_bound(i) < kNoMotion) continue;
+    acceleration_ = std::min(acceleration_, along * rig.axes[i].max_acceleration / slope_bound(i));
   }
   if (acceleration_ == kInfinity) {  // Nothing moves: already there.
     acceleration_ = 0.0;
@@ -70,10 +152,16 @@ RigMotion::RigMotion(const CameraRig& rig, const RigPath& path) : path_(path) {
   for (int k = 0; k <= kGrid; ++k) {
     const double s = static_cast<double>(k) / kGrid;
     const RigVector slope = path.Slope(s);
+    const RigVector bend = path.Bend(s);
     double rate = kInfinity;
+    double bend_rate2 = kInfinity;
     for (int i = 0; i < rig.size(); ++i) {
       const double size = std::abs(slope(i));
       if (size >= kNoMotion) rate = std::min(rate, rig.axes[i].max_speed / size);
+      const double across = (1.0 - along) * rig.axes[i].max_acceleration;
+      if (!straight && std::abs(bend(i)) > kNoMotion) {
+        bend_rate2 = std::min(bend_rate2, across / std::abs(bend(i)));
+      }
     }
     const double linear = (RigJacobian(rig, path.At(s)).topRows<3>() * slope).norm();
     if (linear >= kNoMotion) rate = std::min(rate, rig.max_linear_speed / linear);

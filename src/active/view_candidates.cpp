@@ -65,19 +65,19 @@ RigVector Admit(const CameraRig& rig, const RigVector& q, const RigVector& q_c) 
   return admitted;
 }
 
-// A curve whose middle lies `bulge` away from the straight line's, its head aimed there.
+// A curve whose middle lies `bulge` away from the straight line's. On the way its head turns from where
+// it looks at the start to the aim, and from there to where it looks at the end.
 RigPath Bent(const CameraRig& rig, const RigVector& from, const RigVector& to,
              const RigVector& bulge, const Vector3d& aim_W) {
   const RigVector middle = 0.5 * (from + to);
-  RigVector control = Admit(rig, middle + 2.0 * bulge, middle);
+  RigPath path = RigPath::Parabola(from, Admit(rig, middle + 2.0 * bulge, middle), to);
   const RigHead head = HeadOf(rig);
-  if (head.pan >= 0) {
-    const RigVector centre = 0.5 * (middle + control);  // where the curve is halfway
-    const RigVector aimed = AimAt(rig, centre, aim_W);
-    for (const int axis : {head.pan, head.tilt}) control(axis) = 2.0 * aimed(axis) - middle(axis);
-    control = Admit(rig, control, middle);
+  if (head.pan < 0) return path;
+  for (int i = 1; i + 1 < RigPath::kPoints; ++i) {
+    const RigVector aimed = AimAt(rig, path.At(RigPath::Station(i)), aim_W);
+    for (const int axis : {head.pan, head.tilt}) path.point(i)(axis) = aimed(axis);
   }
-  return {from, control, to};
+  return path;
 }
 
 // How far a neighbour lies along an axis [m or rad].

@@ -365,8 +365,7 @@ Candidate Refine(const CameraRig& rig, const Vector3d& aim_W, Candidate best, Se
 int CountLosses(const Scene& scene, const CameraRig& rig, const RigMotion& motion,
                 double progress_rate, bool seen_at_start, int seen_at_end) {
   const RigPath& path = motion.path();
-  const double length =
-      (path.control - path.start).lpNorm<1>() + (path.end - path.control).lpNorm<1>();
+  const double length = path.Length();
   const int stations =
       std::clamp(static_cast<int>(length / kStationSpacing), kLeastStations, kMostStations);
   int losses = 0;

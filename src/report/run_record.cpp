@@ -124,6 +124,10 @@ void WriteSummary(const RunSummary& summary, const std::string& path) {
 
 void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
              const std::string& folder) {
+  const auto measured = [](const RunSample& s) { return s.error_px > 0.0; };
+  if (std::none_of(samples.begin(), samples.end(), measured)) {
+    throw Error("nothing was measured that could be drawn");
+  }
   const std::string path = folder + "/run.gp";
   std::ofstream script = Open(path);
   script << "set terminal pngcairo size 1200,1280 font 'DejaVu Sans,11'\n"

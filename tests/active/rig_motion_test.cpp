@@ -17,7 +17,7 @@ RigPath RandomPath(const CameraRig& rig, bool straight, std::mt19937* random) {
   const RigVector start = test::RandomRig(rig, random);
   const RigVector end = test::RandomRig(rig, random);
   return straight ? RigPath::Straight(start, end)
-                  : RigPath{start, test::RandomRig(rig, random), end};
+                  : RigPath::Parabola(start, test::RandomRig(rig, random), end);
 }
 
 // What a motion did, at every step.
@@ -62,9 +62,66 @@ TEST(RigPath, SlopeAndBendMatchCentralDifference) {
   EXPECT_TRUE(test::Near(path.Slope(0.3), slope, 1e-9));
   const auto bend = test::CentralDifference(
       [&](const Eigen::VectorXd& ds) -> Eigen::VectorXd { return path.Slope(0.3 + ds(0)); }, 4, 1);
-  EXPECT_TRUE(test::Near(path.Bend(), bend, 1e-9));
-  EXPECT_TRUE(test::Near(path.At(0.0), path.start, 1e-15));
-  EXPECT_TRUE(test::Near(path.At(1.0), path.end, 1e-15));
+  EXPECT_TRUE(test::Near(path.Bend(0.3), bend, 1e-9));
+  EXPECT_TRUE(test::Near(path.At(0.0), path.start(), 1e-15));
+  EXPECT_TRUE(test::Near(path.At(1.0), path.end(), 1e-15));
+}
+
+TEST(RigPath, ParabolaIsExact) {
+  std::mt19937 random(47);
+  const CameraRig rig = test::Sphere({0, 0, 0});
+  const RigVector start = test::RandomRig(rig, &random), control = test::RandomRig(rig, &random),
+                  end = test::RandomRig(rig, &random);
+  const RigPath path = RigPath::Parabola(start, control, end);
+  for (double s = 0.0; s <= 1.0; s += 0.01) {
+    const RigVector expected = (1 - s) * (1 - s) * start + 2 * s * (1 - s) * control + s * s * end;
+    EXPECT_TRUE(test::Near(path.At(s), expected, 1e-13));
+    EXPECT_TRUE(test::Near(path.Bend(s), 2.0 * (start - 2.0 * control + end), 1e-11));
+  }
+}
+
+TEST(RigPath, StraightHasConstantSlope) {
+  std::mt19937 random(48);
+  const CameraRig rig = test::Sphere({0, 0, 0});
+  const RigPath path = RandomPath(rig, true, &random);
+  for (double s = 0.0; s <= 1.0; s += 0.05) {
+    EXPECT_TRUE(test::Near(path.Slope(s), path.end() - path.start(), 1e-12));
+  }
+}
+
+// Any control points: smooth across the spans, bounded as it says, inside the box of its points.
+TEST(RigPath, IsSmoothAndBounded) {
+  std::mt19937 random(49);
+  const CameraRig rig = test::Sphere({0, 0, 0});
+  RigPath path = RandomPath(rig, true, &random);
+  for (int i = 0; i < RigPath::kPoints; ++i) path.point(i) = test::RandomRig(rig, &random);
+  const RigVector bound = path.SlopeBound();
+  double length = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const double s = i / 1000.0, h = 1e-3;
+    const RigVector q_c = path.At(s);
+    EXPECT_TRUE(test::Near(q_c, ClampToLimits(rig, q_c), 1e-12));
+    EXPECT_LE((path.Slope(s).cwiseAbs() - bound).maxCoeff(), 1e-12);
+    const RigVector slope = (path.At(s + h) - q_c) / h;
+    EXPECT_TRUE(test::Near(0.5 * (path.Slope(s) + path.Slope(s + h)), slope, 0.05));
+    const RigVector bend = (path.Slope(s + h) - path.Slope(s)) / h;
+    EXPECT_TRUE(test::Near(0.5 * (path.Bend(s) + path.Bend(s + h)), bend, 1.0));
+    length += (path.At(s + h) - q_c).norm();
+  }
+  EXPECT_GE(path.Length(), length);
+}
+
+TEST(RigPath, StartingAtMovesTheStartAlone) {
+  std::mt19937 random(50);
+  const CameraRig rig = test::Sphere({0, 0, 0});
+  const RigPath path = RandomPath(rig, false, &random);
+  const RigVector start = path.start() + 0.01 * RigVector::Ones(4);
+  const RigPath moved = path.StartingAt(start);
+  EXPECT_TRUE(test::Near(moved.start(), start, 0.0));
+  EXPECT_TRUE(test::Near(moved.end(), path.end(), 1e-15));
+  for (double s = 0.0; s <= 1.0; s += 0.1) {
+    EXPECT_TRUE(test::Near(moved.At(s), path.At(s), 0.0101));
+  }
 }
 
 class RigMotionSteps : public ::testing::TestWithParam<double> {};
@@ -85,7 +142,7 @@ TEST_P(RigMotionSteps, KeepEveryBoundAndArrive) {
     }
     record.q_c.push_back(motion.q_c());
     ASSERT_TRUE(motion.Done());
-    EXPECT_TRUE(test::Near(motion.q_c(), motion.path().end, 1e-5));
+    EXPECT_TRUE(test::Near(motion.q_c(), motion.path().end(), 1e-5));
     ExpectWithinBounds(rig, record, dt);
     // Not needlessly slow, and about as long as it said.
     EXPECT_LT(steps * dt, 1.15 * expected + 6.0 * dt);

@@ -65,9 +65,9 @@ TEST_P(EveryCell, PlansBetterViewsFromBadOnes) {
     const ViewPlan plan = PlanView(cell.model, cell.rig, trigger, options, RequestFor(task));
     if (plan.verdict != PlanVerdict::kMove) continue;
     ++moves;
-    const RigVector end = plan.path.end;
+    const RigVector end = plan.path.end();
     EXPECT_TRUE(test::Near(end, ClampToLimits(cell.rig, end), 0.0));
-    EXPECT_TRUE(test::Near(plan.path.start, task.q_c, 0.0));
+    EXPECT_TRUE(test::Near(plan.path.start(), task.q_c, 0.0));
     EXPECT_GE(plan.gain, options.min_gain);
 
     const std::vector<ArmSample> motion =
@@ -109,7 +109,7 @@ TEST_P(EveryCell, SamePlanForSameRequest) {
   const ViewPlan second = PlanView(cell.model, cell.rig, {}, {}, RequestFor(task));
   EXPECT_EQ(first.verdict, second.verdict);
   EXPECT_EQ(first.move.score, second.move.score);
-  EXPECT_TRUE(test::Near(first.path.end, second.path.end, 0.0));
+  EXPECT_TRUE(test::Near(first.path.end(), second.path.end(), 0.0));
 }
 
 // A second plan from the new view gains little: the camera does not wander.
@@ -123,8 +123,8 @@ TEST_P(EveryCell, SettlesAfterOneMove) {
     const ViewPlan first = PlanView(cell.model, cell.rig, {}, {}, request);
     if (first.verdict != PlanVerdict::kMove || first.move.seen < 5) continue;
     ++first_moves;
-    request.q_c = first.path.end;
-    request.q_c_stay = first.path.end;
+    request.q_c = first.path.end();
+    request.q_c_stay = first.path.end();
     if (PlanView(cell.model, cell.rig, {}, {}, request).verdict == PlanVerdict::kMove) {
       ++second_moves;
     }
@@ -179,7 +179,7 @@ TEST(PlanView, LockedAxesStay) {
     EXPECT_NEAR(plan.path.At(s)(0), 1.6, 1e-15);
     EXPECT_NEAR(plan.path.At(s)(2), 0.7, 1e-15);
   }
-  EXPECT_LT(plan.path.end(1), 0.8);  // from grazing towards the zenith
+  EXPECT_LT(plan.path.end()(1), 0.8);  // from grazing towards the zenith
 }
 
 TEST(PlanView, NoViewWhereMarkersFaceAway) {
@@ -222,7 +222,7 @@ TEST(PlanView, KeepsGoalMarkersInSight) {
     const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
     if (plan.verdict != PlanVerdict::kMove) continue;
     ++moves;
-    const Isometry3d X_WC = RigPose(cell.rig, plan.path.end);
+    const Isometry3d X_WC = RigPose(cell.rig, plan.path.end());
     const ArmSample now = SampleArm(cell.model, task.q);
     for (const PlacedMarker& marker : request.goal_markers) {
       EXPECT_TRUE(test::SeenByMarching(cell.model.camera, X_WC, marker, now.capsules, 20.0));
@@ -252,7 +252,7 @@ TEST(PlanView, TurnsAwayFromSingularRoll) {
   const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
   ASSERT_EQ(plan.verdict, PlanVerdict::kMove);
   EXPECT_LT(measure(worst), 20.0);
-  EXPECT_GT(measure(plan.path.end(3)), 10.0 * measure(worst));
+  EXPECT_GT(measure(plan.path.end()(3)), 10.0 * measure(worst));
 }
 
 // A camera that looks down moves on a rail that descends. The near end is better, but a pillar stands
@@ -281,7 +281,7 @@ TEST(PlanView, NoPathBehindPillar) {
   cell.model.arm = with_pillar(false);
   const ViewPlan without = PlanView(cell.model, rig, trigger, {}, request);
   ASSERT_EQ(without.verdict, PlanVerdict::kMove);
-  EXPECT_GT(without.path.end(0), 0.3);
+  EXPECT_GT(without.path.end()(0), 0.3);
   cell.model.arm = with_pillar(true);
   EXPECT_EQ(PlanView(cell.model, rig, trigger, {}, request).verdict, PlanVerdict::kNoPath);
 }
@@ -295,7 +295,8 @@ TEST(PlanView, SpoiltViewIsLeftForAnotherPlace) {
   request.stay_is_spoiled = true;
   const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
   ASSERT_EQ(plan.verdict, PlanVerdict::kMove);
-  const Isometry3d X = RigPose(cell.rig, request.q_c).inverse() * RigPose(cell.rig, plan.path.end);
+  const Isometry3d X =
+      RigPose(cell.rig, request.q_c).inverse() * RigPose(cell.rig, plan.path.end());
   EXPECT_GE(X.translation().norm() + Eigen::AngleAxisd(X.linear()).angle(), 0.2);
 }
 
@@ -319,7 +320,7 @@ TEST(PlanView, RaisesTheMeasureNamed) {
       trigger.threshold = 2.0 * now;
       const ViewPlan plan = PlanView(cell.model, cell.rig, trigger, {}, RequestFor(task));
       if (plan.verdict != PlanVerdict::kMove) continue;
-      EXPECT_GT(value(measure, plan.path.end), now) << static_cast<int>(measure);
+      EXPECT_GT(value(measure, plan.path.end()), now) << static_cast<int>(measure);
     }
   }
 }

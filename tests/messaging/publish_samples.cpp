@@ -59,6 +59,9 @@ void PublishAll(double t, bool with_image, LcmLink* link) {
   status.stamp = state.stamp;
   status.error_px = 10 * std::exp(-0.2 * t);
   link->Publish(kServoStatusChannel, status);
+  GroundTruth truth = test::SampleGroundTruth();
+  truth.stamp = state.stamp;
+  link->Publish(kSimTruthChannel, truth);
   if (with_image) {
     CameraImage image = MovingPicture(t);
     image.stamp = state.stamp;

@@ -11,16 +11,47 @@
 
 namespace vantage {
 
-/// A curve in rig coordinates, s in [0, 1]: q(s) = (1-s)² start + 2 s (1-s) control + s² end, a
-/// straight line for control = (start + end) / 2. It stays inside every box that holds the three
-/// points, so inside the rig's limits when they are.
-struct RigPath {
-  RigVector start, control, end;
+/// A curve in rig coordinates, s in [0, 1]: a clamped uniform cubic B-spline, smooth to the second
+/// derivative. It stays inside every box that holds its points, so inside the rig's limits when they
+/// are, and starts and ends at the first and the last of them.
+class RigPath {
+ public:
+  static constexpr int kPoints = 8;           ///< Control points.
+  static constexpr int kSpans = kPoints - 3;  ///< Cubic pieces.
 
+  RigPath() = default;
+
+  /// Evenly along the straight line.
   [[nodiscard]] static RigPath Straight(const RigVector& start, const RigVector& end);
+  /// The parabola (1-s)² start + 2 s (1-s) control + s² end, exactly.
+  [[nodiscard]] static RigPath Parabola(const RigVector& start, const RigVector& control,
+                                        const RigVector& end);
+  /// Parameter in whose neighbourhood a control point pulls the curve: its Greville abscissa.
+  [[nodiscard]] static double Station(int point) noexcept;
+
+  [[nodiscard]] const RigVector& point(int i) const noexcept { return points_[i]; }
+  [[nodiscard]] RigVector& point(int i) noexcept { return points_[i]; }
+  [[nodiscard]] const RigVector& start() const noexcept { return points_.front(); }
+  [[nodiscard]] const RigVector& end() const noexcept { return points_.back(); }
+
+  /// The same way from a start close by: the first points move along, the others stay.
+  [[nodiscard]] RigPath StartingAt(const RigVector& start) const;
+
   [[nodiscard]] RigVector At(double s) const noexcept;
   [[nodiscard]] RigVector Slope(double s) const noexcept;  ///< dq/ds.
-  [[nodiscard]] RigVector Bend() const noexcept;           ///< d²q/ds², the same everywhere.
+  [[nodiscard]] RigVector Bend(double s) const noexcept;   ///< d²q/ds²; linear within each span.
+  /// Bound on the size of each component of Slope(), everywhere.
+  [[nodiscard]] RigVector SlopeBound() const noexcept;
+  /// Sum of the distances between the control points over all coordinates [m + rad]: at least the
+  /// curve's length.
+  [[nodiscard]] double Length() const noexcept;
+
+ private:
+  // Control points of the first and the second derivative.
+  [[nodiscard]] RigVector SlopePoint(int i) const noexcept;
+  [[nodiscard]] RigVector BendPoint(int i) const noexcept;
+
+  std::array<RigVector, kPoints> points_;
 };
 
 /// A rig on its way along a path. From rest to rest; braking and going on again are part of it. Between
@@ -30,7 +61,7 @@ class RigMotion {
   /// At rest at q_c.
   explicit RigMotion(const RigVector& q_c);
 
-  /// About to leave path.start, at rest. An axis that is locked must not move on the path.
+  /// About to leave path.start(), at rest. An axis that is locked must not move on the path.
   RigMotion(const CameraRig& rig, const RigPath& path);
 
   /// Moves on for dt seconds; with `brake`, towards rest as fast as the bounds allow, still on the
@@ -54,7 +85,8 @@ class RigMotion {
   [[nodiscard]] double TimeAt(double s) const noexcept;
 
  private:
-  static constexpr int kGrid = 48;  ///< Intervals at whose ends the bounds are evaluated.
+  static constexpr int kGrid =
+      50;  ///< Intervals at whose ends bounds are evaluated; a multiple of the spans.
 
   // Largest rate ds/dt at s from which the motion can still keep every bound to the end.
   [[nodiscard]] double RateBound(double s) const noexcept;
