@@ -38,8 +38,7 @@ CapsuleShape CapsuleOnLine(const std::vector<Vector3d>& points, const Vector3d& 
     const double t = offset.dot(d);
     widest2 = std::max(widest2, offset.squaredNorm() - t * t);
   }
-  // The tiny part covers the rounding of distances.
-  const double radius = std::max(std::sqrt(widest2) * (1.0 + 1e-9) + extra, kThinnest);
+  const double radius = std::max(std::sqrt(widest2) + extra, kThinnest);
   double low = kInfinity;  // Each end ball must reach its points: low <= t + h, high >= t - h.
   double high = -kInfinity;
   for (const Vector3d& x : points) {
@@ -295,6 +294,7 @@ CapsuleShape FitCapsule(const std::vector<Vector3d>& points) {
     least = line.volume;
     best = CapsuleOnLine(points, line.p, line.d, line.extra);
   }
+  best.radius += 1e-9 * size;  // Of rounding.
   return best;
 }
 

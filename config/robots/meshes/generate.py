@@ -13,7 +13,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 SEGMENTS = 28  # Vertices round a part.
 
 # Materials: name to red, green, blue.
-STEEL = ("steel", (0.62, 0.64, 0.66))
+STEEL = ("steel", (0.72, 0.74, 0.76))
 DARK = ("dark", (0.20, 0.21, 0.23))
 BLUE = ("blue", (0.30, 0.55, 0.75))
 WHITE = ("white", (0.90, 0.91, 0.92))
