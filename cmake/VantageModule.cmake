@@ -20,3 +20,10 @@ function(vantage_add_test path)
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} vantage_warnings GTest::gtest_main)
   gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60)
 endfunction()
+
+# vantage_add_bench(<area> DEPENDS <target>...): executable bench_<area> from bench/<area>_bench.cpp.
+function(vantage_add_bench area)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DEPENDS")
+  add_executable(bench_${area} ${PROJECT_SOURCE_DIR}/bench/${area}_bench.cpp)
+  target_link_libraries(bench_${area} PRIVATE ${arg_DEPENDS} vantage_warnings benchmark::benchmark)
+endfunction()
