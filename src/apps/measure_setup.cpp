@@ -178,28 +178,10 @@ MeasureSetup LoadOracleSetup(const std::string& path, const std::string& id) {
 }
 
 std::string NameOf(const Feature& feature) {
-  const auto kind = [&] {
-    switch (feature.kind) {
-      case FeatureKind::kPointX:
-        return "x";
-      case FeatureKind::kPointY:
-        return "y";
-      case FeatureKind::kDistance:
-        return "distance";
-      case FeatureKind::kAngle:
-        return "angle";
-      case FeatureKind::kEdgeAngle:
-        return "edge_angle";
-      case FeatureKind::kArea:
-        return "area";
-      case FeatureKind::kCentroidX:
-        return "centroid_x";
-      case FeatureKind::kCentroidY:
-        return "centroid_y";
-    }
-    return "?";
-  };
-  std::string name = kind();
+  // A point's coordinates are so common that they go by their letter alone.
+  std::string name = feature.kind == FeatureKind::kPointX   ? "x"
+                     : feature.kind == FeatureKind::kPointY ? "y"
+                                                            : NameOf(feature.kind);
   for (const int point : feature.points) name += "_" + std::to_string(point);
   return name;
 }
@@ -208,9 +190,25 @@ std::string UnitOf(const Feature& feature, bool pixels) {
   switch (feature.kind) {
     case FeatureKind::kAngle:
     case FeatureKind::kEdgeAngle:
+    case FeatureKind::kSegmentAngle:
+    case FeatureKind::kMomentAlpha:
       return "rad";
     case FeatureKind::kArea:
+    case FeatureKind::kMomentArea:
       return pixels ? "px^2" : "-";
+    case FeatureKind::kSegmentXNormalised:
+    case FeatureKind::kSegmentYNormalised:
+      return "-";
+    case FeatureKind::kSegmentInverseLength:
+      return pixels ? "1/px" : "-";
+    case FeatureKind::kMomentBasic:
+    case FeatureKind::kMomentCentred:
+      return pixels ? "px^" + std::to_string(feature.order_x + feature.order_y) : "-";
+    case FeatureKind::kMomentAreaNormalised:
+      return "m";
+    case FeatureKind::kMomentXNormalised:
+    case FeatureKind::kMomentYNormalised:
+      return pixels ? "px m" : "m";
     default:
       return pixels ? "px" : "-";
   }
