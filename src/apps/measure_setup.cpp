@@ -178,10 +178,12 @@ MeasureSetup LoadOracleSetup(const std::string& path, const std::string& id) {
 }
 
 std::string NameOf(const Feature& feature) {
-  // A point's coordinates are so common that they go by their letter alone.
-  std::string name = feature.kind == FeatureKind::kPointX   ? "x"
-                     : feature.kind == FeatureKind::kPointY ? "y"
-                                                            : NameOf(feature.kind);
+  std::string name = NameOf(feature.kind);
+  if (feature.kind == FeatureKind::kPointX) name = "x";
+  if (feature.kind == FeatureKind::kPointY) name = "y";
+  if (feature.order_x + feature.order_y > 0) {
+    name += std::to_string(feature.order_x) + std::to_string(feature.order_y);
+  }
   for (const int point : feature.points) name += "_" + std::to_string(point);
   return name;
 }
@@ -190,25 +192,9 @@ std::string UnitOf(const Feature& feature, bool pixels) {
   switch (feature.kind) {
     case FeatureKind::kAngle:
     case FeatureKind::kEdgeAngle:
-    case FeatureKind::kSegmentAngle:
-    case FeatureKind::kMomentAlpha:
       return "rad";
     case FeatureKind::kArea:
-    case FeatureKind::kMomentArea:
       return pixels ? "px^2" : "-";
-    case FeatureKind::kSegmentXNormalised:
-    case FeatureKind::kSegmentYNormalised:
-      return "-";
-    case FeatureKind::kSegmentInverseLength:
-      return pixels ? "1/px" : "-";
-    case FeatureKind::kMomentBasic:
-    case FeatureKind::kMomentCentred:
-      return pixels ? "px^" + std::to_string(feature.order_x + feature.order_y) : "-";
-    case FeatureKind::kMomentAreaNormalised:
-      return "m";
-    case FeatureKind::kMomentXNormalised:
-    case FeatureKind::kMomentYNormalised:
-      return pixels ? "px m" : "m";
     default:
       return pixels ? "px" : "-";
   }
