@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "sim/render/visual_bodies.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage::sim {
@@ -84,14 +85,20 @@ void AddStruts(const std::vector<Marker>& markers, const ArmLook& look, Scene* s
 
 }  // namespace
 
-std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look) {
+std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look,
+                                std::vector<std::string>* warnings) {
   const JointVector q = JointVector::Zero(arm.size());
   const LinkPoses X_WL = ComputeLinkPoses(arm, q);
   std::vector<PlacedCapsule> capsules;
   PlaceCapsules(arm, q, &capsules);
+  const auto has_visual = [&](int link) {
+    return std::any_of(arm.visuals().begin(), arm.visuals().end(),
+                       [&](const ArmVisual& visual) { return visual.link == link; });
+  };
 
-  std::vector<Body> bodies;
+  std::vector<Body> bodies = MakeVisualBodies(arm, look.mesh, look.segments, warnings);
   for (const PlacedCapsule& capsule : capsules) {
+    if (has_visual(capsule.link)) continue;
     const bool base = capsule.link < 0;
     const Isometry3d X_BW = base ? Isometry3d::Identity() : X_WL[capsule.link].inverse();
     TriangleMesh mesh =
@@ -99,6 +106,7 @@ std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look) {
     bodies.push_back({base ? kWorldFrame : capsule.link, std::move(mesh),
                       base ? look.base : look.link, base ? 0.15F : 0.3F});
   }
+  if (!arm.visuals().empty()) return bodies;
   for (int joint = 0; joint < arm.size(); ++joint) {
     if (arm.joint_kinds()[joint] != JointKind::kRevolute) continue;
     const std::optional<JointAxis> axis = FindAxis(arm, q, joint, capsules);
@@ -114,9 +122,10 @@ std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look) {
 }
 
 Scene MakeArmScene(const ArmModel& arm, const std::vector<Marker>& tool_markers,
-                   const std::vector<Marker>& world_markers, const ArmLook& look) {
+                   const std::vector<Marker>& world_markers, const ArmLook& look,
+                   std::vector<std::string>* warnings) {
   Scene scene;
-  scene.bodies = MakeArmBodies(arm, look);
+  scene.bodies = MakeArmBodies(arm, look, warnings);
   const JointVector q = JointVector::Zero(arm.size());
   std::vector<PlacedCapsule> placed;
   PlaceCapsules(arm, q, &placed);

@@ -111,28 +111,19 @@ bool SphereMeets(const RayBounds& bounds, const Vector3d& centre_C, double radiu
          !outside(centre_C.y(), bounds.y0, -1.0) && !outside(centre_C.y(), bounds.y1, 1.0);
 }
 
-bool Overlap(const PixelWindow& a, const PixelWindow& b) {
-  return a.u < b.u + b.width && b.u < a.u + a.width && a.v < b.v + b.height && b.v < a.v + a.height;
-}
-
 // Windows to passes: overlapping ones and those that are cheaper together become one.
 std::vector<PixelWindow> PlanPasses(const std::vector<PixelWindow>& windows, int width,
                                     int height) {
-  std::vector<PixelWindow> passes;
-  for (const PixelWindow& window : windows) {
-    const PixelWindow clipped = Clip(window, width, height);
-    if (!clipped.empty()) passes.push_back(clipped);
-  }
+  std::vector<PixelWindow> passes = MergeOverlapping(windows, width, height);
   for (std::size_t i = 0; i < passes.size();) {
     bool merged = false;
     for (std::size_t j = i + 1; j < passes.size() && !merged; ++j) {
       const PixelWindow hull = Hull(passes[i], passes[j]);
-      if (Overlap(passes[i], passes[j]) ||
-          hull.area() < passes[i].area() + passes[j].area() + kPassCost) {
-        passes[i] = hull;
-        passes.erase(passes.begin() + static_cast<std::ptrdiff_t>(j));
-        merged = true;
-      }
+      if (hull.area() >= passes[i].area() + passes[j].area() + kPassCost) continue;
+      passes.erase(passes.begin() + static_cast<std::ptrdiff_t>(j));
+      passes[i] = hull;
+      passes = MergeOverlapping(passes, width, height);
+      merged = true;
     }
     i = merged ? 0 : i + 1;
   }
@@ -731,7 +722,7 @@ class Renderer::Impl {
   void DrawMarkers(const Program& program, const PixelWindow& window, bool blend) {
     vertices_.clear();
     for (const MarkerQuad& quad : placed_) {
-      if (Overlap(quad.bounds, window)) AppendVertices(quad);
+      if (quad.bounds.overlaps(window)) AppendVertices(quad);
     }
     if (vertices_.empty()) return;
     gl_.Enable(GL_DEPTH_TEST);

@@ -22,14 +22,13 @@ void WritePicture(sim::Renderer* renderer, const sim::WorldView& view, const std
 
 RunOutcome RunInLockstep(const Scenario& scenario, const RunFolder& folder, RunConsole* console) {
   sim::Renderer renderer = sim::MakeRenderer(scenario);
-  bool first = true;
-  sim::WorldView last;
+  // Both pictures are there even if the servo never had anything to report.
+  sim::WorldView last = sim::World(scenario, Time{}).view();
+  WritePicture(&renderer, last, folder.File("first.png"));
   const sim::LockstepRun run = sim::RunLockstep(
       scenario, [&](const RunSample& sample, const ObservabilityReport& observability,
                     const ServoStatus& status, sim::World& world) {
         last = world.view();
-        if (first) WritePicture(&renderer, last, folder.File("first.png"));
-        first = false;
         console->Show(sample, observability, status);
       });
   WritePicture(&renderer, last, folder.File("last.png"));

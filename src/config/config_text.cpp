@@ -21,6 +21,10 @@ const char* FolderOf(ConfigKind kind) {
       return "robots";
     case ConfigKind::kScenario:
       return "scenarios";
+    case ConfigKind::kMeasure:
+      return "measure";
+    case ConfigKind::kRecipe:
+      return "recipes";
   }
   return "";
 }
@@ -31,6 +35,10 @@ const char* NounOf(ConfigKind kind) {
       return "robot";
     case ConfigKind::kScenario:
       return "scenario";
+    case ConfigKind::kMeasure:
+      return "measurement";
+    case ConfigKind::kRecipe:
+      return "recipe";
   }
   return "";
 }

@@ -63,6 +63,8 @@ ServoOptions LoadServo(const Section& section) {
   servo.feature_noise_px = section.Number("feature_noise_px", {0.001, 100.0, "px"},
                                           defaults.feature_noise_px,
                                           "Standard deviation of a measured pixel coordinate.");
+  servo.calibration_px = section.Number("calibration_px", {0.0, 100.0, "px"}, defaults.calibration_px,
+                                        "By how much errors of calibration shift a whole image.");
   return servo;
 }
 

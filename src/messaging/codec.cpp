@@ -186,6 +186,9 @@ Refusal CheckObservability(const vantage_msgs::observability_t& wire) noexcept {
   checks.Require(std::isfinite(wire.log_w_c) || wire.log_w_c == -kInfinity, Refusal::kNotFinite);
   checks.Require(std::isfinite(wire.condition) || wire.condition == kInfinity, Refusal::kNotFinite);
   checks.Require(std::isfinite(wire.mm_per_px) || wire.mm_per_px == kInfinity, Refusal::kNotFinite);
+  // The logarithm of a number that a double can hold.
+  checks.Require(wire.log_w_c <= std::log(std::numeric_limits<double>::max()),
+                 Refusal::kOutOfRange);
   checks.Finite(wire.sigma.data(), wire.num_sigma);
   for (const std::vector<double>& axis : wire.axes) checks.Finite(axis.data(), wire.k);
   checks.UpTo(wire.num_sigma, wire.rank)

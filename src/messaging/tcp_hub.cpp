@@ -22,6 +22,7 @@
 
 #include "channel_pattern.h"
 #include "file_descriptor.h"
+#include "input_buffer.h"
 #include "socket_util.h"
 #include "tcpq_client.h"
 #include "tcpq_protocol.h"
@@ -36,7 +37,6 @@ using tcpq::Message;
 
 constexpr std::size_t kMaxSubscriptions = 1024;  // Of one client.
 constexpr std::size_t kMaxRoutes = 4096;         // Channels whose subscribers are remembered.
-constexpr std::size_t kReceiveChunk = 256 * 1024;
 constexpr int kSendBuffer =
     512 * 1024;                 // Asked of the system: what a slow client can lag, at least.
 constexpr int kMaxPieces = 64;  // Frames in one sendmsg.
@@ -48,7 +48,7 @@ struct Client {
   bool dead{false};
   bool flush{false};  // Has got something in this round.
   bool waits_to_write{false};
-  Bytes in;  // Received and not yet understood.
+  InputBuffer in;
   std::vector<ChannelPattern> subscriptions;
   std::deque<Frame> out;
   std::size_t out_begin{0};  // Bytes of out.front() that are sent.
@@ -100,8 +100,7 @@ class TcpHub::Server {
         listener_(Listen(options, &port_)),
         epoll_(epoll_create1(EPOLL_CLOEXEC)),
         wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-        spare_(open("/dev/null", O_RDONLY | O_CLOEXEC)),
-        chunk_(kReceiveChunk) {
+        spare_(open("/dev/null", O_RDONLY | O_CLOEXEC)) {
     if (!epoll_.valid() || !wake_.valid()) {
       throw Error(std::string("LCM hub: ") + std::strerror(errno));
     }
@@ -216,26 +215,20 @@ class TcpHub::Server {
   }
 
   void Receive(Client* client) {
-    const ssize_t got = recv(client->fd.get(), chunk_.data(), chunk_.size(), 0);
+    const ssize_t got = client->in.Receive(client->fd.get());
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
     if (got <= 0) return Kill(client);
     // LCM sends a message in five small pieces with Nagle's algorithm on: the second waits for the
     // acknowledgement of the first. The kernel forgets this option; renew it.
     SetOption(client->fd.get(), IPPROTO_TCP, TCP_QUICKACK, 1);
-    client->in.insert(client->in.end(), chunk_.begin(), chunk_.begin() + got);
-
-    std::size_t begin = 0;
     while (!client->dead) {
-      const std::uint8_t* data = client->in.data() + begin;
-      const std::size_t size = client->in.size() - begin;
+      const std::uint8_t* data = client->in.data();
+      const std::size_t size = client->in.size();
       const Message message = client->greeted ? tcpq::ReadMessage(data, size, options_.max_message)
                                               : tcpq::ReadHello(data, size, tcpq::kClientMagic);
       if (message.kind == Message::Kind::kIncomplete) break;
       Handle(client, message, data);
-      begin += message.size;
-    }
-    if (!client->dead) {
-      client->in.erase(client->in.begin(), client->in.begin() + static_cast<std::ptrdiff_t>(begin));
+      client->in.Consume(message.size);
     }
   }
 
@@ -412,7 +405,6 @@ class TcpHub::Server {
   std::atomic<bool> stop_{false};
 
   // The server thread's alone.
-  Bytes chunk_;
   std::unordered_map<int, std::unique_ptr<Client>> clients_;
   std::unordered_map<std::string, std::vector<Client*>> routes_;
   std::vector<Client*> touched_;

@@ -15,7 +15,6 @@
 namespace vantage {
 namespace {
 
-constexpr std::size_t kReceiveChunk = 256 * 1024;
 // More than any hub passes on; a length beyond it is garbage.
 constexpr std::size_t kMaxData = 64 * 1024 * 1024;
 constexpr Duration kSendTimeout = std::chrono::milliseconds(100);
@@ -60,7 +59,7 @@ bool ReceiveAll(int fd, std::uint8_t* data, std::size_t size, Time deadline) {
 
 }  // namespace
 
-TcpqClient::TcpqClient(FileDescriptor fd) : fd_(std::move(fd)), chunk_(kReceiveChunk) {}
+TcpqClient::TcpqClient(FileDescriptor fd) : fd_(std::move(fd)) {}
 
 std::unique_ptr<TcpqClient> TcpqClient::Connect(const std::string& host, std::uint16_t port,
                                                 Duration timeout) {
@@ -84,7 +83,7 @@ std::unique_ptr<TcpqClient> TcpqClient::Connect(const std::string& host, std::ui
 int TcpqClient::Receive(Duration timeout, const Handler& handler) {
   if (lost()) return -1;
   if (timeout > Duration::zero() && !WaitReady(fd_.get(), POLLIN, Clock::now() + timeout)) return 0;
-  const ssize_t got = recv(fd_.get(), chunk_.data(), chunk_.size(), MSG_DONTWAIT);
+  const ssize_t got = in_.Receive(fd_.get());
   if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return 0;
   if (got <= 0) {
     Lose();
@@ -92,21 +91,17 @@ int TcpqClient::Receive(Duration timeout, const Handler& handler) {
   }
   // LCM's Java hub sends in small pieces with Nagle's algorithm on.
   SetOption(fd_.get(), IPPROTO_TCP, TCP_QUICKACK, 1);
-  in_.insert(in_.end(), chunk_.begin(), chunk_.begin() + got);
-  std::size_t begin = 0;
   for (;;) {
-    const tcpq::Message message =
-        tcpq::ReadMessage(in_.data() + begin, in_.size() - begin, kMaxData);
+    const tcpq::Message message = tcpq::ReadMessage(in_.data(), in_.size(), kMaxData);
     if (message.kind == tcpq::Message::Kind::kIncomplete) break;
     if (message.kind != tcpq::Message::Kind::kPublish) {
       Lose();
       return -1;
     }
     handler(message.name, message.data, message.data_size);
-    begin += message.size;
+    in_.Consume(message.size);
   }
-  in_.erase(in_.begin(), in_.begin() + static_cast<std::ptrdiff_t>(begin));
-  return static_cast<int>(got);
+  return 1;
 }
 
 bool TcpqClient::Subscribe(const std::string& channel) {

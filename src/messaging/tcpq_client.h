@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "file_descriptor.h"
+#include "input_buffer.h"
 #include "vantage/math/time.h"
 
 namespace vantage {
@@ -27,7 +27,7 @@ class TcpqClient {
                                              Duration timeout);
 
   /// Waits for input, at most `timeout`, and calls `handler` for each message that is complete.
-  /// Returns how many bytes came; < 0 when the connection is lost.
+  /// Returns > 0 when bytes came, 0 when none did, < 0 when the connection is lost.
   int Receive(Duration timeout, const Handler& handler);
 
   /// Both wait for a hub that does not read, at most 0.1 s; after that, as after an error, the
@@ -44,8 +44,7 @@ class TcpqClient {
 
   FileDescriptor fd_;
   std::atomic<bool> lost_{false};
-  std::vector<std::uint8_t> chunk_;
-  std::vector<std::uint8_t> in_;  ///< Received and not yet complete.
+  InputBuffer in_;
 };
 
 }  // namespace vantage

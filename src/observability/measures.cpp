@@ -57,12 +57,13 @@ double Load(const JacobianRef& J, TallMatrix* A) noexcept {
   return 1.0 / factor;
 }
 
-void Fill(const RightSystem& system, double scale, int s, Measure* measure) noexcept {
+void Fill(const RightSystem& system, double scale, int s, double rank_tolerance,
+          Measure* measure) noexcept {
   measure->status = MeasureStatus::kOk;
   measure->sigma.resize(s);
   double w = 1.0;
   int rank = 0;
-  const double least = kRankTolerance * system.sigma[0];
+  const double least = rank_tolerance * system.sigma[0];
   for (int i = 0; i < s; ++i) {
     const double sigma = system.sigma[i];
     measure->sigma(i) = scale * sigma;
@@ -121,7 +122,7 @@ double Measure::inverse_trace() const noexcept {
   return trace;
 }
 
-Measure MeasureOf(const JacobianRef& J, int task_dimension) noexcept {
+Measure MeasureOf(const JacobianRef& J, int task_dimension, double rank_tolerance) noexcept {
   const MeasureStatus status = Check(J);
   if (status != MeasureStatus::kOk) return Failed(status);
   if (task_dimension < 1) return Failed(MeasureStatus::kEmpty);
@@ -131,11 +132,11 @@ Measure MeasureOf(const JacobianRef& J, int task_dimension) noexcept {
   const int s = std::min(A.columns, task_dimension);
   SolveRightSystem(&A, &system);
   Measure measure;
-  Fill(system, scale, s, &measure);
+  Fill(system, scale, s, rank_tolerance, &measure);
   return measure;
 }
 
-SingularSystem Decompose(const JacobianRef& J, int task_dimension) noexcept {
+SingularSystem Decompose(const JacobianRef& J, int task_dimension, double rank_tolerance) noexcept {
   SingularSystem result;
   result.axes.resize(0, 0);
   result.directions.resize(0, 0);
@@ -150,7 +151,7 @@ SingularSystem Decompose(const JacobianRef& J, int task_dimension) noexcept {
   const int columns = A.columns;
   const int s = std::min(columns, task_dimension);
   SolveRightSystem(&A, &system);
-  Fill(system, scale, s, &result.measure);
+  Fill(system, scale, s, rank_tolerance, &result.measure);
 
   const bool tall = J.rows() >= J.cols();
   const double zero = kRankTolerance * result.measure.sigma(0);

@@ -49,6 +49,7 @@ struct ArmModel::Data {
   std::vector<JointKind> joint_kinds;
   std::vector<JointLimits> limits;
   std::vector<Capsule> capsules;
+  std::vector<ArmVisual> visuals;
   Eigen::Isometry3d X_WBase{Eigen::Isometry3d::Identity()};
   Eigen::Isometry3d X_LastE{Eigen::Isometry3d::Identity()};
 

@@ -73,6 +73,40 @@ void RequireCapsules(const std::vector<Capsule>& capsules, std::size_t joints) {
   }
 }
 
+bool HasSize(const Shape& shape) {
+  const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
+  struct Visitor {
+    decltype(positive)& is;
+    bool operator()(const BoxShape& box) const {
+      return is(box.size.x()) && is(box.size.y()) && is(box.size.z());
+    }
+    bool operator()(const CylinderShape& c) const { return is(c.radius) && is(c.length); }
+    bool operator()(const SphereShape& sphere) const { return is(sphere.radius); }
+    bool operator()(const CapsuleShape& c) const {
+      return is(c.radius) && c.p_A.allFinite() && c.p_B.allFinite();
+    }
+    bool operator()(const MeshShape& mesh) const {
+      return !mesh.path.empty() && mesh.scale.allFinite() && mesh.scale.cwiseAbs().minCoeff() > 0.0;
+    }
+  };
+  return std::visit(Visitor{positive}, shape);
+}
+
+void RequireVisuals(const std::vector<ArmVisual>& visuals, std::size_t joints) {
+  for (std::size_t i = 0; i < visuals.size(); ++i) {
+    const std::string key = Element("visuals", i);
+    if (visuals[i].link < -1 || visuals[i].link >= static_cast<int>(joints)) {
+      throw ConfigError("", key,
+                        "link must be -1 (base) to " + std::to_string(joints - 1) + ", is " +
+                            std::to_string(visuals[i].link));
+    }
+    RequirePose(visuals[i].X_LV, key);
+    if (!HasSize(visuals[i].shape)) {
+      throw ConfigError("", key, "sizes must be finite and > 0, and a mesh must have a path");
+    }
+  }
+}
+
 std::vector<std::string> NamesOrDefaults(std::vector<std::string> names, std::size_t joints) {
   if (names.empty()) {
     for (std::size_t i = 0; i < joints; ++i) names.push_back("joint" + std::to_string(i + 1));
@@ -198,6 +232,9 @@ const std::vector<JointLimits>& ArmModel::limits() const noexcept {
 const std::vector<Capsule>& ArmModel::capsules() const noexcept {
   return data_->capsules;
 }
+const std::vector<ArmVisual>& ArmModel::visuals() const noexcept {
+  return data_->visuals;
+}
 const Eigen::Isometry3d& ArmModel::X_WBase() const noexcept {
   return data_->X_WBase;
 }
@@ -225,6 +262,13 @@ ArmModel ArmModel::WithBase(const Eigen::Isometry3d& X_WBase) const {
   auto data = std::make_shared<Data>(*data_);
   data->X_WBase = X_WBase;
   data->base = ToKdl(X_WBase);
+  return ArmModel(std::move(data));
+}
+
+ArmModel ArmModel::WithVisuals(std::vector<ArmVisual> visuals) const {
+  RequireVisuals(visuals, data_->joints.size());
+  auto data = std::make_shared<Data>(*data_);
+  data->visuals = std::move(visuals);
   return ArmModel(std::move(data));
 }
 

@@ -97,6 +97,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   }
   markers_needed_ = static_cast<int>(std::count(needed_.begin(), needed_.end(), true));
   for (const Vector3d& p_WG : task_.goal.p_WG) goal_.emplace_back(p_WG, task_.goal.prior_sigma);
+  goal_offset_.fill(Vector2d::Zero());
   point_jacobians_.resize(count);
   current_.resize(count);
   wanted_.resize(count);
@@ -201,11 +202,18 @@ void Servo::UseImage() noexcept {
   }
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(task_.goal.marker_ids[i]);
-    if (measured != nullptr && measured->valid) {
-      goal_[i].Update(camera, features_.X_WC, measured->pixel, options_.feature_noise_px);
-    }
+    if (measured == nullptr || !measured->valid) continue;
+    goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
+    // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
+    // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
+    const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+    if (seen_at) goal_offset_[i] = measured->pixel - Pixel(camera, seen_at->n);
   }
   image_is_new_ = false;
+}
+
+double Servo::GoalSigma() const noexcept {
+  return std::hypot(options_.feature_noise_px, options_.calibration_px);
 }
 
 bool Servo::Carried(std::size_t marker) const noexcept {
@@ -226,7 +234,7 @@ HoldReason Servo::PredictRows() noexcept {
     current_[i].visible = wanted_[i].visible = usable;
     if (!usable) continue;
     current_[i].image = {Normalised(camera, Pixel(camera, now->n) + offset_[i]), now->depth};
-    wanted_[i].image = *goal;
+    wanted_[i].image = {Normalised(camera, Pixel(camera, goal->n) + goal_offset_[i]), goal->depth};
     // The goal's points stand in the world; the end effector's are on the body.
     wanted_[i].on_body = false;
   }
@@ -301,13 +309,15 @@ void Servo::JudgeProgress(Time now) noexcept {
   const double error = output_.status.error_px;
   const bool certified = output_.observability.mm_per_px <= goal.max_mm_per_px;
   const bool complete = markers_lost_ == 0;
-  if (error > goal.tolerance_px || !complete) {
+  // A camera on its way to a better view will see better still: no verdict before it is there.
+  const bool moving = active_.state == ActiveState::kMoving;
+  if (error > goal.tolerance_px || !complete || moving) {
     below_since_.reset();
   } else if (!below_since_) {
     below_since_ = now;
   }
   if (!best_since_ || error < kProgress * best_error_ ||
-      active_.state == ActiveState::kMoving) {
+      moving) {
     best_error_ = error;
     best_since_ = now;
   }
@@ -318,8 +328,7 @@ void Servo::JudgeProgress(Time now) noexcept {
   if (settled && certified) {
     output_.status.state = ServoState::kConverged;
   } else {
-    output_.status.state = active_.state == ActiveState::kMoving ? ServoState::kRepositioning
-                                                                 : ServoState::kServoing;
+    output_.status.state = moving ? ServoState::kRepositioning : ServoState::kServoing;
   }
 }
 

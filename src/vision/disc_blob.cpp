@@ -31,15 +31,16 @@ struct Rising {
   [[nodiscard]] bool holds(int u, int v) const noexcept { return window.contains(u, v); }
 };
 
-// How far one can go from (u, v) in a direction before the level of two pixels together falls by `drop`;
-// -1 when it does not within `reach` pixels of the window.
-int WalkToEdge(const Rising& rising, int u, int v, int du, int dv, int level, int drop,
+// How far one can go from a pixel in steps of `stride` bytes before the level of two pixels together
+// falls by `drop`; -1 when it does not within `reach` steps.
+int WalkToEdge(const std::uint8_t* pixel, std::ptrdiff_t stride, int flip, int level, int drop,
                int reach) noexcept {
-  for (int step = 1; step <= reach; ++step) {
-    const int x = u + step * du;
-    const int y = v + step * dv;
-    if (!rising.holds(x + du, y + dv)) return -1;
-    if (2 * level - rising.at(x, y) - rising.at(x + du, y + dv) > 2 * drop) return step - 1;
+  const int least = 2 * (level - drop);
+  int here = reach > 0 ? pixel[stride] ^ flip : 0;
+  for (int step = 1; step < reach; ++step) {
+    const int next = pixel[(step + 1) * stride] ^ flip;
+    if (here + next < least) return step - 1;
+    here = next;
   }
   return -1;
 }
@@ -68,8 +69,17 @@ bool LevelsAlong(const Rising& rising, int u, int v, bool along_row, int level, 
                  Levels* levels, MarkerFault* fault) noexcept {
   const int du = along_row ? 1 : 0;
   const int dv = along_row ? 0 : 1;
-  const int ahead = WalkToEdge(rising, u, v, du, dv, level, drop, reach);
-  const int behind = ahead < 0 ? -1 : WalkToEdge(rising, u, v, -du, -dv, level, drop, reach);
+  const PixelWindow& window = rising.window;
+  const int room_ahead =
+      along_row ? window.u + window.width - 1 - u : window.v + window.height - 1 - v;
+  const int room_behind = along_row ? u - window.u : v - window.v;
+  const std::ptrdiff_t stride = along_row ? 1 : rising.image.stride;
+  const std::uint8_t* const pixel = rising.image.row(v) + u;
+  const int ahead =
+      WalkToEdge(pixel, stride, rising.flip, level, drop, std::min(reach, room_ahead));
+  const int behind = ahead < 0 ? -1
+                               : WalkToEdge(pixel, -stride, rising.flip, level, drop,
+                                            std::min(reach, room_behind));
   if (behind < 0) {
     *fault = MarkerFault::kNoContrast;
     return false;

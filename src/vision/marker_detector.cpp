@@ -319,7 +319,8 @@ void DetectMarkers(const GreyView& image, const CameraModel& camera,
 std::vector<DiscBlob> FindDiscs(const GreyView& image, bool dark, double least_semi_axis,
                                 const DiscOptions& options) {
   std::vector<DiscBlob> found;
-  const int step = std::clamp(static_cast<int>(0.8 * least_semi_axis), 2, 16);
+  // A square lattice of this step has a point within 0.78 of the least semi-axis of any disc's centre.
+  const int step = std::clamp(static_cast<int>(1.1 * least_semi_axis), 2, 16);
   const PixelWindow all{0, 0, image.width, image.height};
   for (int v = step / 2; v < image.height; v += step) {
     for (int u = step / 2; u < image.width; u += step) {
@@ -395,7 +396,9 @@ MarkerDetections AcquireMarkers(const GreyView& image, const CameraModel& camera
     for (const MarkerPrediction& prediction : sought) {
       if (prediction.dark != dark || !(prediction.image.area > 0.0)) continue;
       const Vector2d axes = SemiAxes(prediction.image.shape);
-      least = std::min(least, axes.x() / acquisition.max_scale);
+      // The lattice has some room to spare: discs smaller than predicted by the full scale are still hit
+      // in most places.
+      least = std::min(least, axes.x() / 1.15);
       largest = std::max(largest, axes.y() * acquisition.max_scale);
     }
     if (largest == 0.0) continue;

@@ -12,6 +12,7 @@
 #include <vantage_msgs/joint_state_t.hpp>
 #include <vantage_msgs/observability_t.hpp>
 #include <vantage_msgs/servo_status_t.hpp>
+#include <vantage_msgs/sim_truth_t.hpp>
 
 #include "samples.h"
 
@@ -24,6 +25,7 @@ using vantage_msgs::joint_command_t;
 using vantage_msgs::joint_state_t;
 using vantage_msgs::observability_t;
 using vantage_msgs::servo_status_t;
+using vantage_msgs::sim_truth_t;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -71,6 +73,7 @@ TEST(Layouts, HaveTheFingerprintsOfTheGeneratedClasses) {
   same(kLayoutOf<image_features_t>, image_features_t::getHash());
   same(kLayoutOf<observability_t>, observability_t::getHash());
   same(kLayoutOf<servo_status_t>, servo_status_t::getHash());
+  same(kLayoutOf<sim_truth_t>, sim_truth_t::getHash());
   same(kLayoutOf<bot_core::rigid_transform_t>, bot_core::rigid_transform_t::getHash());
   same(kLayoutOf<bot_core::image_metadata_t>, bot_core::image_metadata_t::getHash());
   same(kLayoutOf<bot_core::image_t>, bot_core::image_t::getHash());
@@ -165,10 +168,12 @@ TEST(RoundTrip, ObservabilityOfASingularArm) {
   sent.w_c = sent.composite.w = 0.0;
   sent.composite.log_w = -kInfinity;
   sent.composite.condition = kInfinity;
+  sent.mm_per_px = kInfinity;
   sent.axes.resize(0, 0);
   const ObservabilityReport got = RoundTrip(sent);
   EXPECT_EQ(got.composite.log_w, -kInfinity);
   EXPECT_EQ(got.composite.condition, kInfinity);
+  EXPECT_EQ(got.mm_per_px, kInfinity);
   EXPECT_EQ(got.axes.size(), 0);
 }
 
@@ -194,6 +199,16 @@ TEST(RoundTrip, ServoStatus) {
   EXPECT_EQ(got.refused_messages, sent.refused_messages);
   EXPECT_EQ(got.dropped_messages, sent.dropped_messages);
   EXPECT_EQ(got.stops, sent.stops);
+}
+
+TEST(RoundTrip, GroundTruth) {
+  const GroundTruth sent = test::SampleGroundTruth();
+  const GroundTruth got = RoundTrip(sent);
+  EXPECT_EQ(got.stamp, sent.stamp);
+  EXPECT_EQ(got.q, sent.q);
+  EXPECT_EQ(got.worst_error, sent.worst_error);
+  EXPECT_EQ(got.rms_error, sent.rms_error);
+  EXPECT_EQ(got.limit_violations, sent.limit_violations);
 }
 
 TEST(RoundTrip, CameraImage) {
@@ -258,6 +273,10 @@ ServoStatus Sample() {
   return test::SampleServoStatus();
 }
 template <>
+GroundTruth Sample() {
+  return test::SampleGroundTruth();
+}
+template <>
 CameraImage Sample() {
   return test::SampleCameraImage();
 }
@@ -265,7 +284,7 @@ CameraImage Sample() {
 template <typename Value>
 class EveryCodec : public ::testing::Test {};
 using AllValues = ::testing::Types<JointState, JointCommand, CameraPose, ImageFeatures,
-                                   ObservabilityReport, ServoStatus, CameraImage>;
+                                   ObservabilityReport, ServoStatus, GroundTruth, CameraImage>;
 TYPED_TEST_SUITE(EveryCodec, AllValues);
 
 TYPED_TEST(EveryCodec, RefusesNothingAtAll) {
@@ -499,6 +518,8 @@ TEST(ObservabilityRefusals, OneByOne) {
   }
   EXPECT_EQ(changed([](Wire* m) { m->log_w_c = kInfinity; }), Refusal::kNotFinite);
   EXPECT_EQ(changed([](Wire* m) { m->condition = -kInfinity; }), Refusal::kNotFinite);
+  EXPECT_EQ(changed([](Wire* m) { m->log_w_c = 710.0; }), Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](Wire* m) { m->log_w_c = 709.0; }), Refusal::kNone);
   EXPECT_EQ(changed([](Wire* m) { m->w_v = kInfinity; }), Refusal::kNotFinite);
   EXPECT_EQ(changed([](Wire* m) { m->sigma[1] = kNaN; }), Refusal::kNotFinite);
   EXPECT_EQ(changed([](Wire* m) { m->axes[2][7] = kNaN; }), Refusal::kNotFinite);
@@ -549,6 +570,27 @@ TEST(ServoStatusRefusals, OneByOne) {
                                      &Wire::dropped_messages, &Wire::stops}) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = -1; }), Refusal::kOutOfRange);
   }
+  EXPECT_EQ(changed([](Wire* m) { m->utime = -1; }), Refusal::kBadTime);
+}
+
+TEST(GroundTruthRefusals, OneByOne) {
+  using Wire = sim_truth_t;
+  const auto changed = [](const std::function<void(Wire*)>& change) {
+    return Changed<Wire>(Sample<GroundTruth>(), change);
+  };
+  const auto resize = [](int n) {
+    return [n](Wire* m) {
+      m->num_joints = n;
+      m->position.resize(n);
+    };
+  };
+  EXPECT_EQ(changed(resize(kMaxJoints + 1)), Refusal::kLimit);
+  EXPECT_EQ(changed(resize(0)), Refusal::kLimit);
+  EXPECT_EQ(changed([](Wire* m) { m->position[1] = kNaN; }), Refusal::kNotFinite);
+  EXPECT_EQ(changed([](Wire* m) { m->worst_error = kInfinity; }), Refusal::kNotFinite);
+  EXPECT_EQ(changed([](Wire* m) { m->rms_error = kNaN; }), Refusal::kNotFinite);
+  EXPECT_EQ(changed([](Wire* m) { m->position[0] = 1e7; }), Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](Wire* m) { m->limit_violations = -1; }), Refusal::kOutOfRange);
   EXPECT_EQ(changed([](Wire* m) { m->utime = -1; }), Refusal::kBadTime);
 }
 

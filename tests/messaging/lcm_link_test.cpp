@@ -157,6 +157,7 @@ TEST_P(OverTransport, EveryTypeCrosses) {
   link->Subscribe<ObservabilityReport>(kObservabilityChannel, mark(4), any_time);
   link->Subscribe<ServoStatus>(kServoStatusChannel, mark(5), any_time);
   link->Subscribe<CameraImage>(kCameraImageChannel, mark(6), any_time);
+  link->Subscribe<GroundTruth>(kSimTruthChannel, mark(7), any_time);
   link->Start();
   LcmLink* publisher = PublisherFor(link.get());
   EXPECT_TRUE(BecomesTrue([&] {
@@ -167,7 +168,8 @@ TEST_P(OverTransport, EveryTypeCrosses) {
     publisher->Publish(kObservabilityChannel, test::SampleObservability());
     publisher->Publish(kServoStatusChannel, test::SampleServoStatus());
     publisher->Publish(kCameraImageChannel, test::SampleCameraImage());
-    return arrived == 0x7f;
+    publisher->Publish(kSimTruthChannel, test::SampleGroundTruth());
+    return arrived == 0xff;
   })) << std::hex
       << arrived;
   EXPECT_EQ(link->stats().total_refused(), 0);

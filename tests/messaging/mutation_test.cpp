@@ -60,7 +60,7 @@ void PutDouble(Bytes* bytes, Random* random) {
   const std::size_t at = Below(bytes->size(), random) & ~std::size_t{3};
   const std::uint16_t leading = kLeading[Below(kLeading.size(), random)];
   for (std::size_t i = 0; i < 8 && at + i < bytes->size(); ++i) {
-    (*bytes)[at + i] = i < 2 ? static_cast<std::uint8_t>(leading >> (8 - 8 * i)) : 0;
+    (*bytes)[at + i] = static_cast<std::uint8_t>(i < 2 ? leading >> (8 - 8 * i) : 0);
   }
 }
 
@@ -138,6 +138,9 @@ bool Sound(const ServoStatus& value) {
   return std::isfinite(value.error_px) && std::string(Name(value.state)) != "UNKNOWN" &&
          std::string(Name(value.reason)) != "UNKNOWN";
 }
+bool Sound(const GroundTruth& value) {
+  return value.q.size() >= 1 && value.q.allFinite() && std::isfinite(value.worst_error);
+}
 bool Sound(const CameraImage& value) {
   return value.width > 0 && value.height > 0 && value.row_stride >= 0 &&
          static_cast<std::int64_t>(value.row_stride) * (value.height - 1) <=
@@ -166,7 +169,7 @@ void Bombard(const Value& sample, int mutations, unsigned seed, Tally* tally) {
 }
 
 TEST(MutatedMessages, AreRefusedOrSound) {
-  const int share = NumMutations() / 7;
+  const int share = NumMutations() / 8;
   Tally tally;
   Bombard(test::SampleJointState(), share, 1, &tally);
   Bombard(test::SampleJointCommand(), share, 2, &tally);
@@ -175,6 +178,7 @@ TEST(MutatedMessages, AreRefusedOrSound) {
   Bombard(test::SampleObservability(), share, 5, &tally);
   Bombard(test::SampleServoStatus(), share, 6, &tally);
   Bombard(test::SampleCameraImage(), share, 7, &tally);
+  Bombard(test::SampleGroundTruth(), share, 8, &tally);
 
   // The bombardment is worth its time only if it reaches every check it can reach: those on size and
   // order are not within a message, and the guard leaves nothing for LCM's own decoder to refuse.

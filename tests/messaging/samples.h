@@ -102,6 +102,16 @@ inline ServoStatus SampleServoStatus() {
   return value;
 }
 
+inline GroundTruth SampleGroundTruth() {
+  GroundTruth value;
+  value.stamp = FromMicroseconds(6'500'000);
+  value.q = JointVector::LinSpaced(3, -0.5, 0.5);
+  value.worst_error = 0.02;
+  value.rms_error = 0.01;
+  value.limit_violations = 2;
+  return value;
+}
+
 inline CameraImage SampleCameraImage() {
   CameraImage value;
   value.stamp = FromMicroseconds(7'000'000);

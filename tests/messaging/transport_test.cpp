@@ -1,19 +1,12 @@
 #include "vantage/messaging/transport.h"
 
 #include <cstdlib>
-#include <cstring>
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <net/if.h>
-#include <net/route.h>
-#include <sched.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "vantage/math/error.h"
+#include "network_namespace.h"
 
 namespace vantage {
 namespace {
@@ -92,42 +85,15 @@ template <typename Body>
 int InEmptyNetwork(const Body& body) {
   const pid_t pid = fork();
   if (pid == 0) {
-    if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(kNoNamespace);
-    _exit(body());
+    _exit(test::EnterEmptyNetwork() ? body() : kNoNamespace);
   }
   int status = 0;
   waitpid(pid, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-bool BringUpLoopback(int fd) {
-  ifreq request{};
-  std::strcpy(request.ifr_name, "lo");
-  if (ioctl(fd, SIOCGIFFLAGS, &request) != 0) return false;
-  request.ifr_flags = static_cast<short>(request.ifr_flags | IFF_UP | IFF_RUNNING);
-  return ioctl(fd, SIOCSIFFLAGS, &request) == 0;
-}
-
-// What kMulticastMend does.
-bool AddRouteForLcm(int fd) {
-  rtentry route{};
-  char device[] = "lo";
-  const auto set = [](const char* text, sockaddr* address) {
-    auto* in = reinterpret_cast<sockaddr_in*>(address);
-    in->sin_family = AF_INET;
-    inet_pton(AF_INET, text, &in->sin_addr);
-  };
-  set("239.255.76.67", &route.rt_dst);
-  set("255.255.255.255", &route.rt_genmask);
-  route.rt_flags = RTF_UP | RTF_HOST;
-  route.rt_dev = device;
-  return ioctl(fd, SIOCADDRT, &route) == 0;
-}
-
 TEST(TestMulticast, FailsWithAReasonWhereThereIsNoRoute) {
   const int code = InEmptyNetwork([] {
-    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-    if (!BringUpLoopback(fd)) return kNoNamespace;
     const MulticastTest test = TestMulticast();
     return test.works ? 1 : test.reason.empty() ? 2 : 0;
   });
@@ -137,8 +103,7 @@ TEST(TestMulticast, FailsWithAReasonWhereThereIsNoRoute) {
 
 TEST(TestMulticast, WorksOnceMended) {
   const int code = InEmptyNetwork([] {
-    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-    if (!BringUpLoopback(fd) || !AddRouteForLcm(fd)) return kNoNamespace;
+    if (!test::AddRouteForLcm()) return kNoNamespace;
     return TestMulticast(std::chrono::seconds(30)).works ? 0 : 1;
   });
   if (code == kNoNamespace) GTEST_SKIP() << "no network namespaces here";

@@ -19,6 +19,8 @@ struct ConfigText {
 enum class ConfigKind {
   kRobot,     ///< config/robots
   kScenario,  ///< config/scenarios
+  kMeasure,   ///< config/measure: one configuration to measure
+  kRecipe,    ///< config/recipes: maps of measures
 };
 
 /// Largest file that is read [bytes].

@@ -76,7 +76,7 @@ inline constexpr const MessageLayout* kLayoutOf = nullptr;
 [[nodiscard]] constexpr int MostFields(const MessageLayout& layout) noexcept {
   int most = layout.num_fields;
   for (int i = 0; i < layout.num_fields; ++i) {
-    if (layout.fields[i].nested != nullptr) {
+    if (layout.fields[i].kind == FieldKind::kNested) {
       const int nested = MostFields(*layout.fields[i].nested);
       if (nested > most) most = nested;
     }

@@ -20,7 +20,7 @@ namespace vantage {
 /// Dimension m of the task: twists of a body in space.
 inline constexpr int kTaskDimension = 6;
 
-/// Relative tolerance of ranks: σ_i counts when σ_i > kRankTolerance * σ_1.
+/// Relative tolerance of ranks where none is given: σ_i counts when σ_i > kRankTolerance * σ_1.
 inline constexpr double kRankTolerance = 1e-9;
 
 /// Any Jacobian: column-major matrices and blocks of them bind without a copy. Expressions would be
@@ -75,8 +75,11 @@ struct Measure {
 /// after eq. 11).
 ///
 /// Singular values by one-sided Jacobi rotations after a pivoted QR: each is good to some 1e-15 σ_1.
+///
+/// @param rank_tolerance  Relative to σ_1; that of the entries where they were measured or rounded.
 /// Real-time safe.
-[[nodiscard]] Measure MeasureOf(const JacobianRef& J, int task_dimension = kTaskDimension) noexcept;
+[[nodiscard]] Measure MeasureOf(const JacobianRef& J, int task_dimension = kTaskDimension,
+                                double rank_tolerance = kRankTolerance) noexcept;
 
 /// The s largest singular triplets of one Jacobian, J = Σ σ_i u_i v_iᵀ.
 struct SingularSystem {
@@ -90,8 +93,8 @@ struct SingularSystem {
 };
 
 /// Singular values, axes and directions. Empty matrices where the status is not kOk. Real-time safe.
-[[nodiscard]] SingularSystem Decompose(const JacobianRef& J,
-                                       int task_dimension = kTaskDimension) noexcept;
+[[nodiscard]] SingularSystem Decompose(const JacobianRef& J, int task_dimension = kTaskDimension,
+                                       double rank_tolerance = kRankTolerance) noexcept;
 
 /// Moore-Penrose inverse (columns×rows) over the singular values that count for the rank.
 /// Real-time safe.

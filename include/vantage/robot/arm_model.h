@@ -9,6 +9,7 @@
 
 #include "vantage/math/sizes.h"
 #include "vantage/math/spatial.h"
+#include "vantage/robot/arm_visual.h"
 
 /// @file
 /// Arm models: constant data of one arm (Pinocchio's "Model"). World frame W is the arm's world;
@@ -82,6 +83,8 @@ class ArmModel {
   [[nodiscard]] const std::vector<JointKind>& joint_kinds() const noexcept;
   [[nodiscard]] const std::vector<JointLimits>& limits() const noexcept;
   [[nodiscard]] const std::vector<Capsule>& capsules() const noexcept;
+  /// Visible bodies; empty when the arm's description has none.
+  [[nodiscard]] const std::vector<ArmVisual>& visuals() const noexcept;
   [[nodiscard]] const Eigen::Isometry3d& X_WBase() const noexcept;  ///< Pose of the base, link -1.
   [[nodiscard]] const Eigen::Isometry3d& X_LastE() const noexcept;  ///< E in the last link.
 
@@ -91,6 +94,9 @@ class ArmModel {
   [[nodiscard]] ArmModel WithTool(const Eigen::Isometry3d& X_LastE) const;
   /// The same arm standing elsewhere (throws as the constructor does).
   [[nodiscard]] ArmModel WithBase(const Eigen::Isometry3d& X_WBase) const;
+
+  /// The same arm with another look. Throws ConfigError when a visual has no link, no pose or no size.
+  [[nodiscard]] ArmModel WithVisuals(std::vector<ArmVisual> visuals) const;
 
   struct Data;
   [[nodiscard]] const Data& data() const noexcept { return *data_; }

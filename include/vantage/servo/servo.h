@@ -88,6 +88,7 @@ class Servo {
   [[nodiscard]] Twist CameraTwist() const noexcept;
   void PredictState(Time now, const Twist& V_WC_C) noexcept;
   void UseImage() noexcept;
+  [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason PredictRows() noexcept;
   [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
@@ -111,6 +112,8 @@ class Servo {
   // Per marker of the view: measured pixel less the model's at the exposure it was last seen in.
   std::array<Eigen::Vector2d, kMaxPoints> offset_{};
   std::array<std::optional<Time>, kMaxPoints> last_seen_{};
+  // Per marker of the goal: measured pixel less that of its estimate.
+  std::array<Eigen::Vector2d, kMaxPoints> goal_offset_;
   int markers_lost_{0};  // needed, and not in the newest image
   std::vector<GoalPointEstimator> goal_;
   ActiveOutput active_;

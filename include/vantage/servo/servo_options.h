@@ -30,6 +30,8 @@ struct ServoOptions {
   ConvergenceOptions convergence;
   double stall_time{1.5};            ///< Error not falling for this long counts as stalled [s]; > 0.
   double feature_noise_px{0.3};      ///< Standard deviation of a measured pixel coordinate [px]; > 0.
+  /// By how much errors of calibration shift a whole image, one view against another [px]; >= 0.
+  double calibration_px{2.0};
 };
 
 }  // namespace vantage

@@ -66,6 +66,10 @@ struct PixelWindow {
   [[nodiscard]] std::int64_t area() const noexcept {
     return empty() ? 0 : static_cast<std::int64_t>(width) * height;
   }
+  [[nodiscard]] bool overlaps(const PixelWindow& other) const noexcept {
+    return u < other.u + other.width && other.u < u + width && v < other.v + other.height &&
+           other.v < v + height;
+  }
   [[nodiscard]] bool contains(int column, int line) const noexcept {
     return column >= u && line >= v && column < u + width && line < v + height;
   }
@@ -76,5 +80,13 @@ struct PixelWindow {
 
 /// Smallest window that holds both; an empty one adds nothing.
 [[nodiscard]] PixelWindow Hull(const PixelWindow& a, const PixelWindow& b) noexcept;
+
+/// Windows clipped to the image, overlapping ones replaced by their hull until none overlap: the same
+/// pixels at least, and none twice.
+[[nodiscard]] std::vector<PixelWindow> MergeOverlapping(const std::vector<PixelWindow>& windows,
+                                                        int width, int height);
+
+/// Windows wider by `margin` pixels on each side.
+[[nodiscard]] std::vector<PixelWindow> Grow(const std::vector<PixelWindow>& windows, int margin);
 
 }  // namespace vantage

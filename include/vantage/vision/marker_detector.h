@@ -82,7 +82,7 @@ struct AcquisitionOptions {
 };
 
 /// All dots of the image, wherever they are.
-/// @param least_semi_axis  Shorter semi-axis of the smallest dot sought: the search steps by 0.8 of it [px].
+/// @param least_semi_axis  Shorter semi-axis of the smallest dot sought: the search steps by 1.1 of it [px].
 [[nodiscard]] std::vector<DiscBlob> FindDiscs(const GreyView& image, bool dark,
                                               double least_semi_axis, const DiscOptions& options);
 

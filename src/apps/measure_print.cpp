@@ -1,0 +1,341 @@
+#include "measure_print.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "vantage/servo/servo_report.h"
+
+namespace vantage {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegreesPerRadian = 180.0 / M_PI;
+const char* const kTwistNames[] = {"vx", "vy", "vz", "wx", "wy", "wz"};
+
+// ---- JSON ----
+
+Json Number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+template <typename Derived>
+Json List(const Eigen::MatrixBase<Derived>& vector) {
+  Json list = Json::array();
+  for (Eigen::Index i = 0; i < vector.size(); ++i) list.push_back(Number(vector(i)));
+  return list;
+}
+
+template <typename Derived>
+Json Rows(const Eigen::MatrixBase<Derived>& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(List(matrix.row(i)));
+  return rows;
+}
+
+Json EllipsoidJson(const SingularSystem& system) {
+  Json json;
+  json["axes"] = Rows(system.axes.transpose());
+  json["directions"] = Rows(system.directions.transpose());
+  json["volume"] = Number(EllipsoidVolume(system.measure));
+  return json;
+}
+
+Json BoundsJson(const SingularSystem& system, Eigen::Index rows, Eigen::Index columns) {
+  const ErrorBounds bounds =
+      BoundErrors(system.measure, static_cast<int>(rows), static_cast<int>(columns));
+  Json json;
+  json["lower"] = Number(bounds.lower);
+  json["upper"] = Number(bounds.upper);
+  json["lower_needs_range"] = bounds.lower_needs_range;
+  json["upper_needs_minimum_norm"] = bounds.upper_needs_minimum_norm;
+  return json;
+}
+
+Json PointsJson(const MeasureSetup& setup, const Measurement& m) {
+  Json points = Json::array();
+  for (std::size_t i = 0; i < setup.points.size(); ++i) {
+    Json point;
+    point["frame"] = setup.points[i].on_body ? "end_effector" : "world";
+    point["position"] = List(setup.points[i].marker.p);
+    point["visible"] = m.faults[i] == ViewFault::kNone;
+    point["fault"] = Name(m.faults[i]);
+    const bool behind = m.faults[i] == ViewFault::kBehind;
+    point["uv"] = behind ? Json(nullptr) : List(m.uv[i]);
+    point["depth"] = Number(m.depth[i]);
+    points.push_back(point);
+  }
+  return points;
+}
+
+Json FeaturesJson(const MeasureSetup& setup, const Measurement& m) {
+  Json features = Json::array();
+  for (int row = 0; row < m.rows.size(); ++row) {
+    const Feature& feature = setup.features.features()[m.rows.feature[row]];
+    Json json;
+    json["name"] = NameOf(feature);
+    json["unit"] = UnitOf(feature, setup.pixels);
+    json["value"] = Number(m.rows.s(row));
+    features.push_back(json);
+  }
+  return features;
+}
+
+// ---- Table ----
+
+std::string Short(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+std::string Triple(const Eigen::Vector3d& v) {
+  const auto clean = [](double x) { return Short(std::abs(x) < 1e-12 ? 0.0 : x); };
+  return "(" + clean(v.x()) + ", " + clean(v.y()) + ", " + clean(v.z()) + ")";
+}
+
+using Cells = std::vector<std::string>;
+
+// Lines of cells: the first column to the left, the others to the right.
+std::string Aligned(const std::vector<Cells>& lines, const std::string& indent = "  ") {
+  std::vector<std::size_t> widths;
+  for (const Cells& line : lines) {
+    widths.resize(std::max(widths.size(), line.size()));
+    for (std::size_t i = 0; i < line.size(); ++i) widths[i] = std::max(widths[i], line[i].size());
+  }
+  std::string text;
+  for (const Cells& line : lines) {
+    std::string row = indent;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const std::string pad(widths[i] - line[i].size(), ' ');
+      row += i == 0 ? line[i] + pad : "  " + pad + line[i];
+    }
+    row.erase(row.find_last_not_of(' ') + 1);
+    text += row + "\n";
+  }
+  return text;
+}
+
+template <typename Derived>
+std::string MatrixTable(const std::string& title, const Cells& row_names, const Cells& column_names,
+                        const Eigen::MatrixBase<Derived>& matrix) {
+  const double rounding = matrix.size() == 0 ? 0.0 : 1e-14 * matrix.cwiseAbs().maxCoeff();
+  std::vector<Cells> lines;
+  Cells head{""};
+  head.insert(head.end(), column_names.begin(), column_names.end());
+  lines.push_back(head);
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    Cells line{row_names[i]};
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      line.push_back(Short(std::abs(matrix(i, j)) < rounding ? 0.0 : matrix(i, j)));
+    }
+    lines.push_back(line);
+  }
+  return title + "\n" + Aligned(lines) + "\n";
+}
+
+Cells FeatureNames(const MeasureSetup& setup, const Measurement& m) {
+  Cells names;
+  for (int row = 0; row < m.rows.size(); ++row) {
+    names.push_back(NameOf(setup.features.features()[m.rows.feature[row]]));
+  }
+  return names;
+}
+
+std::string JointsText(const MeasureSetup& setup) {
+  std::string text;
+  for (int i = 0; i < setup.arm.size(); ++i) {
+    const bool revolute = setup.arm.joint_kinds()[i] == JointKind::kRevolute;
+    text += (i == 0 ? "" : ", ") + setup.arm.joint_names()[i] + " " +
+            Short(revolute ? setup.q(i) * kDegreesPerRadian : setup.q(i)) +
+            (revolute ? " deg" : " m");
+  }
+  return text;
+}
+
+std::string CameraText(const MeasureSetup& setup, const Measurement& m) {
+  std::string text =
+      "at " + Triple(m.X_WC.translation()) + " m, optical axis " + Triple(m.X_WC.linear().col(2));
+  if (setup.eye_in_hand) return "in hand, " + text;
+  for (int i = 0; i < setup.rig.size(); ++i) {
+    const RigAxis& rig_axis = setup.rig.axes[i];
+    const bool length = rig_axis.name == "R" || rig_axis.name == "s" || rig_axis.name == "x" ||
+                        rig_axis.name == "y" || rig_axis.name == "z";
+    text += (i == 0 ? "; " : ", ") + rig_axis.name + " " +
+            Short(length ? setup.q_c(i) : setup.q_c(i) * kDegreesPerRadian) +
+            (length ? " m" : " deg");
+  }
+  return text;
+}
+
+std::string PointsTable(const MeasureSetup& setup, const Measurement& m) {
+  std::vector<Cells> lines{{"", "u", "v", "depth [m]", "visible"}};
+  for (std::size_t i = 0; i < setup.points.size(); ++i) {
+    const bool behind = m.faults[i] == ViewFault::kBehind;
+    lines.push_back({std::to_string(i), behind ? "-" : Short(m.uv[i].x()),
+                     behind ? "-" : Short(m.uv[i].y()), Short(m.depth[i]),
+                     m.faults[i] == ViewFault::kNone ? "yes" : Name(m.faults[i])});
+  }
+  return std::string("Points") + (setup.pixels ? " [px]" : "") + "\n" + Aligned(lines);
+}
+
+std::string SizeText(Eigen::Index rows, Eigen::Index columns) {
+  return std::to_string(rows) + "x" + std::to_string(columns);
+}
+
+std::string MeasuresTable(const Measurement& m) {
+  const Measure* const measures[] = {&m.view.measure, &m.arm.measure, &m.composite.measure};
+  std::vector<Cells> lines{{"", "view J_v " + SizeText(m.J_v.rows(), m.J_v.cols()),
+                            "arm J_r " + SizeText(m.J_r.rows(), m.J_r.cols()),
+                            "composite J_c " + SizeText(m.J_c.rows(), m.J_c.cols())}};
+  const auto add = [&](const std::string& name, auto&& value) {
+    Cells line{name};
+    for (const Measure* measure : measures) line.push_back(value(*measure));
+    lines.push_back(line);
+  };
+  add("w", [](const Measure& a) { return Short(a.w); });
+  add("log w", [](const Measure& a) { return Short(a.log_w); });
+  add("w^(1/s)", [](const Measure& a) { return Short(a.geometric_mean()); });
+  add("rank of s",
+      [](const Measure& a) { return std::to_string(a.rank) + " of " + std::to_string(a.size()); });
+  add("condition", [](const Measure& a) { return Short(a.condition); });
+  int most = 0;
+  for (const Measure* measure : measures) most = std::max(most, measure->size());
+  for (int i = 0; i < most; ++i) {
+    add("sigma " + std::to_string(i + 1),
+        [i](const Measure& a) { return i < a.size() ? Short(a.sigma(i)) : std::string(); });
+  }
+  return "Measures\n" + Aligned(lines);
+}
+
+std::string EllipsoidTable(const Cells& names, const Measurement& m) {
+  if (m.composite.axes.cols() == 0) return "";
+  Cells columns;
+  for (Eigen::Index i = 0; i < m.composite.axes.cols(); ++i) {
+    columns.push_back("axis " + std::to_string(i + 1));
+  }
+  return MatrixTable("Ellipsoid of J_c: axes sigma_i u_i in feature space, volume " +
+                         Short(EllipsoidVolume(m.composite.measure)),
+                     names, columns, m.composite.axes);
+}
+
+const char* Explanation(LowCause cause) {
+  switch (cause) {
+    case LowCause::kNone:
+      return "w_c is not low";
+    case LowCause::kView:
+      return "the view hides a motion: a camera move can help";
+    case LowCause::kArm:
+      return "the arm is near a singularity: no camera move can help";
+    case LowCause::kFeatures:
+      return "too few feature rows are seen";
+  }
+  return "";
+}
+
+std::string Conclusions(const MeasureSetup& setup, const Measurement& m) {
+  std::string text;
+  const auto line = [&](const std::string& what, const std::string& value) {
+    text += "  " + what + std::string(what.size() < 24 ? 24 - what.size() : 1, ' ') + value + "\n";
+  };
+  line("cause", std::string(Name(m.cause)) + ": " + Explanation(m.cause) +
+                    (setup.threshold > 0.0
+                         ? " (w_c^(1/s) counts as low below " + Short(setup.threshold) + ")"
+                         : ""));
+  line("w_c / (w_v w_r)", Short(m.coupling.ratio));
+  if (m.mm_per_px) {
+    line("one pixel may hide",
+         std::isfinite(*m.mm_per_px) ? Short(*m.mm_per_px) + " mm" : "any motion");
+  }
+  if (m.translation) {
+    line("translation alone", "w_v " + Short(m.translation->view.w) + ", w_r " +
+                                  Short(m.translation->arm.w) + ", paper product " +
+                                  Short(m.translation->product) +
+                                  (m.translation->exact ? " (is w_c)" : " (is not w_c)"));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string ToJson(const MeasureSetup& setup, const Measurement& m) {
+  Json json;
+  json["name"] = setup.name;
+  json["robot"] = setup.arm.name();
+  json["q"] = List(setup.q);
+  json["camera_pose"] = Rows(m.X_WC.matrix());
+  json["points"] = PointsJson(setup, m);
+  json["features"] = FeaturesJson(setup, m);
+  json["J_v"] = Rows(m.J_v);
+  json["J_r"] = Rows(m.J_r);
+  json["J_c"] = Rows(m.J_c);
+  json["singular_values_v"] = List(m.view.measure.sigma);
+  json["singular_values_r"] = List(m.arm.measure.sigma);
+  json["singular_values_c"] = List(m.composite.measure.sigma);
+  json["w_v"] = m.view.measure.w;
+  json["w_r"] = m.arm.measure.w;
+  json["w_c"] = m.composite.measure.w;
+  json["log_w_v"] = Number(m.view.measure.log_w);
+  json["log_w_r"] = Number(m.arm.measure.log_w);
+  json["log_w_c"] = Number(m.composite.measure.log_w);
+  json["rank_v"] = m.view.measure.rank;
+  json["rank_r"] = m.arm.measure.rank;
+  json["rank_c"] = m.composite.measure.rank;
+  json["sigma_min_c"] = m.composite.measure.sigma_min;
+  json["condition_c"] = Number(m.composite.measure.condition);
+  json["geometric_mean_c"] = m.composite.measure.geometric_mean();
+  json["inverse_trace_c"] = Number(m.composite.measure.inverse_trace());
+  json["cause"] = Name(m.cause);
+  json["coupling"] = {{"ratio", Number(m.coupling.ratio)}, {"horn", Number(m.coupling.horn)}};
+  json["ellipsoid"] = EllipsoidJson(m.composite);
+  json["ellipsoid_v"] = EllipsoidJson(m.view);
+  json["error_bounds_v"] = BoundsJson(m.view, m.J_v.rows(), m.J_v.cols());
+  json["error_bounds_c"] = BoundsJson(m.composite, m.J_c.rows(), m.J_c.cols());
+  json["visible"] = std::all_of(m.faults.begin(), m.faults.end(),
+                                [](ViewFault fault) { return fault == ViewFault::kNone; });
+  json["mm_per_px"] = m.mm_per_px ? Number(*m.mm_per_px) : Json(nullptr);
+  if (m.translation) {
+    json["translation"] = {{"w_v", m.translation->view.w},
+                           {"w_r", m.translation->arm.w},
+                           {"paper_product", m.translation->product},
+                           {"exact", m.translation->exact}};
+  }
+  return json.dump(2) + "\n";
+}
+
+std::string ToTable(const MeasureSetup& setup, const Measurement& m) {
+  const Cells names = FeatureNames(setup, m);
+  const Cells twist(std::begin(kTwistNames), std::end(kTwistNames));
+  const std::string unit = setup.pixels ? "px" : "units of f";
+  std::string text =
+      setup.name + (setup.description.empty() ? "" : ": " + setup.description) + "\n";
+  text += "  arm     " + setup.arm.name() + ": " + JointsText(setup) + "\n";
+  const Eigen::Isometry3d& X_WE = m.kinematics.X_WE;
+  text += "  E       at " + Triple(X_WE.translation()) + " m, z axis " +
+          Triple(X_WE.linear().col(2)) + "\n";
+  text += "  camera  " + CameraText(setup, m) + "\n\n";
+  text += PointsTable(setup, m) + "\n";
+  if (m.rows.size() == 0) {
+    text += "No feature is seen: J_v and J_c have no rows.\n\n";
+  } else {
+    text += MatrixTable(
+        "J_v: features by the end effector's twist in world axes [" + unit + " per m, per rad]",
+        names, twist, m.J_v);
+  }
+  text += MatrixTable("J_r: that twist by the joints [m, rad per rad or m]", twist,
+                      setup.arm.joint_names(), m.J_r);
+  if (m.rows.size() > 0) {
+    text += MatrixTable("J_c = J_v J_r: features by the joints [" + unit + " per rad or m]", names,
+                        setup.arm.joint_names(), m.J_c);
+  }
+  text += MeasuresTable(m) + "\n" + EllipsoidTable(names, m);
+  text += "Verdict\n" + Conclusions(setup, m);
+  return text;
+}
+
+}  // namespace vantage

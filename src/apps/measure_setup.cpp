@@ -1,0 +1,203 @@
+#include "measure_setup.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "vantage/active/trigger.h"
+#include "vantage/config/loaders.h"
+#include "vantage/config/oracle_case.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kFarthest = 1000.0;  // [m]
+
+ArmModel LoadArm(const Section& root) {
+  const std::string help = "The arm: a built-in name, a robot file, or its data in place.";
+  if (root.FormOf("robot") == Section::Form::kMapping) return LoadRobot(root.Child("robot", help));
+  return FindRobot(root.Text("robot", kRequired, help), root.folder());
+}
+
+// The camera's model, and whether it speaks in pixels.
+std::pair<CameraModel, bool> LoadLens(const Section& root) {
+  const Section section = root.OptionalChild("camera", "Intrinsics of the camera.");
+  const bool pixels = section.Choice<bool>(
+      "units", {{"pixels", true}, {"metric", false}}, true,
+      "Units of the features: pixels, or those of `focal` as in the paper (focal 1: normalised).");
+  if (pixels) return {LoadCamera(section), true};
+  CameraModel camera;
+  camera.fx = camera.fy =
+      section.Number("focal", {1e-6, 1e6, ""}, kRequired, "Metric units: the focal length f.");
+  camera.u0 = camera.v0 = 0.0;
+  return {camera, false};
+}
+
+RigSetup LoadSphere(const Section& section) {
+  RigSetup setup;
+  setup.rig.kind = RigKind::kSpherical;
+  setup.rig.orientation = section.Choice<RigOrientation>(
+      "orientation",
+      {{"look_at", RigOrientation::kLookAt}, {"fixed_down", RigOrientation::kFixedDown}},
+      RigOrientation::kLookAt, "The camera looks at the target, or always straight down.");
+  setup.rig.target_W = section.Vector3("target", {-kFarthest, kFarthest, "m"},
+                                       Eigen::Vector3d(0, 0, 0), "Centre of the sphere.");
+  setup.q_c_start.resize(4);
+  setup.q_c_start(0) = section.Number("R", {1e-3, kFarthest, "m"}, kRequired, "Distance.");
+  setup.q_c_start(1) = section.Degrees("theta_deg", {0.0, 180.0, "deg"}, kRequired,
+                                       "Angle from the world's z axis.");
+  setup.q_c_start(2) = section.Degrees("phi_deg", {-3600.0, 3600.0, "deg"}, 0.0,
+                                       "Angle about the world's z axis, from x.");
+  setup.q_c_start(3) =
+      section.Degrees("roll_deg", {-3600.0, 3600.0, "deg"}, 0.0, "Turn about the optical axis.");
+  // The axes are free: a map sweeps them where it likes.
+  setup.rig.axes = {{"R", 1e-3, kFarthest, 1.0, 1.0},
+                    {"theta", 0.0, M_PI, 1.0, 1.0},
+                    {"phi", -20.0 * M_PI, 20.0 * M_PI, 1.0, 1.0},
+                    {"roll", -20.0 * M_PI, 20.0 * M_PI, 1.0, 1.0}};
+  return setup;
+}
+
+// The one of the keys that the file has.
+std::string OneOf(const Section& root, const std::vector<std::string>& keys,
+                  const std::string& what) {
+  std::string found, names;
+  for (const std::string& key : keys) {
+    names += (names.empty() ? "" : ", ") + key;
+    if (root.FormOf(key) == Section::Form::kAbsent) continue;
+    if (!found.empty()) root.Fail(key, "must not be given beside " + found);
+    found = key;
+  }
+  if (found.empty()) root.Fail("", what + " is missing: one of " + names);
+  return found;
+}
+
+void LoadMount(const Section& root, MeasureSetup* setup) {
+  const std::string key = OneOf(
+      root, {"camera_sphere", "camera_pose", "camera_in_hand", "camera_rig"}, "the camera's place");
+  RigSetup rig;
+  if (key == "camera_sphere") {
+    rig = LoadSphere(root.Child(key, "Camera by spherical coordinates about a target."));
+  } else if (key == "camera_pose") {
+    rig.rig.X_WC_fixed = LoadCameraPose(root, key, "The camera's optical frame in the world.");
+  } else if (key == "camera_in_hand") {
+    setup->eye_in_hand = true;
+    setup->X_EC = LoadPose(root, key, true, "The camera's optical frame in the end effector's.");
+  } else {
+    rig = LoadRig(root.Child(key, "A rig as scenarios have it; measured at its start."));
+  }
+  setup->rig = rig.rig;
+  setup->q_c = rig.q_c_start;
+}
+
+std::vector<MeasuredPoint> LoadPoints(const Section& root) {
+  const std::string key = OneOf(root, {"points", "markers"}, "what is seen");
+  std::vector<MeasuredPoint> points;
+  if (key == "markers") {
+    for (const Marker& marker :
+         LoadMarkers(root, key, 1, kMaxPoints,
+                     "Markers on the end effector, seen from their front alone.")) {
+      points.push_back({marker, true, true});
+    }
+    return points;
+  }
+  for (const Section& section : root.Children(key, 1, kMaxPoints, "Points that are seen.")) {
+    MeasuredPoint point;
+    point.marker.id = static_cast<int>(points.size());
+    point.marker.p = section.Vector3("position", {-kFarthest, kFarthest, "m"}, kRequired,
+                                     "In the frame it is fixed to.");
+    point.on_body = section.Choice<bool>("frame", {{"end_effector", true}, {"world", false}}, true,
+                                         "Frame that the point is fixed to.");
+    points.push_back(point);
+  }
+  return points;
+}
+
+}  // namespace
+
+MeasureSetup LoadMeasureSetup(const Section& root) {
+  const std::string description = root.Text("description", "", "One line.");
+  ArmModel arm = LoadArm(root);
+  const JointVector q = LoadJoints(root, "joints", arm, "Joint values.");
+  const std::vector<MeasuredPoint> points = LoadPoints(root);
+  const int count = static_cast<int>(points.size());
+  FeatureSet features(LoadFeatures(root, "features", count), count);
+  const auto [camera, pixels] = LoadLens(root);
+  MeasureSetup setup{
+      "", description, std::move(arm), q, camera, pixels, false, Eigen::Isometry3d::Identity(), {},
+      {}, points,      features,       0, 0.0};
+  LoadMount(root, &setup);
+  setup.translation_task =
+      root.Choice<int>("translation_task", {{"none", 0}, {"plane", 2}, {"space", 3}}, 0,
+                       "Also measure J_v and J_r of E's translation alone, as the paper's examples "
+                       "do: in W's x and y, "
+                       "or in space.");
+  setup.threshold =
+      root.Number("threshold", {0.0, 1e12, "px/rad"}, pixels ? TriggerOptions{}.threshold : 0.0,
+                  "w_c^(1/s) below which w_c counts as low.");
+  return setup;
+}
+
+MeasureSetup FindMeasureSetup(const std::string& name_or_path) {
+  const Section root = ParseConfig(FindConfigText(ConfigKind::kMeasure, name_or_path));
+  MeasureSetup setup = LoadMeasureSetup(root);
+  root.RejectUnknownKeys();
+  setup.name = std::filesystem::path(name_or_path).stem().string();
+  return setup;
+}
+
+MeasureSetup LoadOracleSetup(const std::string& path, const std::string& id) {
+  const OracleCase oracle = LoadOracleCase(path, id);
+  MeasureSetup setup{oracle.id,
+                     oracle.description,
+                     oracle.arm,
+                     oracle.q,
+                     oracle.camera.model,
+                     false,
+                     oracle.camera.eye_in_hand,
+                     oracle.camera.X,
+                     {},
+                     {},
+                     {},
+                     oracle.features,
+                     0,
+                     0.0};
+  setup.rig.X_WC_fixed = oracle.camera.X;
+  if (oracle.camera.sphere) {
+    setup.rig = oracle.camera.sphere->rig;
+    setup.q_c = oracle.camera.sphere->q_c;
+  }
+  for (const OraclePoint& point : oracle.points) {
+    MeasuredPoint measured;
+    measured.marker.id = static_cast<int>(setup.points.size());
+    measured.marker.p = point.p;
+    measured.on_body = point.on_body;
+    setup.points.push_back(measured);
+  }
+  return setup;
+}
+
+std::string NameOf(const Feature& feature) {
+  std::string name = NameOf(feature.kind);
+  if (feature.kind == FeatureKind::kPointX) name = "x";
+  if (feature.kind == FeatureKind::kPointY) name = "y";
+  if (feature.order_x + feature.order_y > 0) {
+    name += std::to_string(feature.order_x) + std::to_string(feature.order_y);
+  }
+  for (const int point : feature.points) name += "_" + std::to_string(point);
+  return name;
+}
+
+std::string UnitOf(const Feature& feature, bool pixels) {
+  switch (feature.kind) {
+    case FeatureKind::kAngle:
+    case FeatureKind::kEdgeAngle:
+      return "rad";
+    case FeatureKind::kArea:
+      return pixels ? "px^2" : "-";
+    default:
+      return pixels ? "px" : "-";
+  }
+}
+
+}  // namespace vantage

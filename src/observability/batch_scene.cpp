@@ -1,0 +1,579 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "batch_data.h"
+#include "convex_hull.h"
+#include "vantage/camera/pinhole.h"
+#include "vantage/math/error.h"
+#include "vantage/observability/batch.h"
+
+namespace vantage {
+namespace {
+
+using batch::Family;
+using batch::kPadding;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+// Distances inside a rigid body may change by this share of the body's speed.
+constexpr double kRigidTolerance = 1e-6;
+
+[[noreturn]] void Refuse(const std::string& key, const std::string& reason) {
+  throw ConfigError("", "batch." + key, reason);
+}
+
+std::string Item(const char* name, std::size_t i) {
+  return std::string(name) + "[" + std::to_string(i) + "]";
+}
+
+void CheckSamples(const std::vector<BatchSample>& samples) {
+  if (samples.empty()) Refuse("samples", "must be one or more, are none");
+  const std::size_t points = samples.front().p_W.size();
+  if (points < 1 || points > batch::kMaxBatchPoints) {
+    Refuse("samples", "must have 1 to " + std::to_string(batch::kMaxBatchPoints) +
+                          " points, have " + std::to_string(points));
+  }
+  const Eigen::Index joints =
+      samples.front().J_p_W.empty() ? 0 : samples.front().J_p_W.front().cols();
+  if (joints < 1) Refuse("samples", "must have joints");
+  double total = 0.0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const BatchSample& sample = samples[i];
+    if (sample.p_W.size() != points || sample.J_p_W.size() != points) {
+      Refuse(Item("samples", i), "must have " + std::to_string(points) + " points and derivatives");
+    }
+    if (!(sample.weight >= 0.0) || !std::isfinite(sample.weight)) {
+      Refuse(Item("samples", i) + ".weight", "must be >= 0, is " + std::to_string(sample.weight));
+    }
+    total += sample.weight;
+    for (std::size_t j = 0; j < points; ++j) {
+      if (sample.J_p_W[j].cols() != joints) Refuse(Item("samples", i), "must have as many joints");
+      if (!sample.p_W[j].allFinite() || !sample.J_p_W[j].allFinite()) {
+        Refuse(Item("samples", i), "must be finite");
+      }
+    }
+  }
+  if (!(total > 0.0)) Refuse("samples", "must have some weight");
+}
+
+void CheckRows(const std::vector<BatchRow>& rows, int points) {
+  if (rows.empty() || static_cast<int>(rows.size()) > batch::kMaxBatchRows) {
+    Refuse("rows", "must be 1 to " + std::to_string(batch::kMaxBatchRows) + ", are " +
+                       std::to_string(rows.size()));
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const BatchRow& row = rows[i];
+    if (row.point < 0 || row.point >= points || row.axis < 0 || row.axis > 1) {
+      Refuse(Item("rows", i), "must name one of the points and axis 0 or 1");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      if (rows[j].point == row.point && rows[j].axis == row.axis) {
+        Refuse(Item("rows", i), "must not repeat another");
+      }
+    }
+  }
+}
+
+// Points of one body keep their distances: (P_i - P_j) · (dP_i - dP_j) = 0.
+void CheckRigid(const std::vector<BatchSample>& samples) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const BatchSample& s = samples[i];
+    for (std::size_t j = 1; j < s.p_W.size(); ++j) {
+      const Vector3d r = s.p_W[j] - s.p_W[0];
+      const PointJacobian& A = s.J_p_W[j];
+      double speed = 0.0, change = 0.0;
+      for (Eigen::Index k = 0; k < A.cols(); ++k) {
+        const Vector3d here = A.col(k), there = s.J_p_W[0].col(k);
+        speed = std::max(speed, here.norm() + there.norm());
+        change = std::max(change, std::abs(r.dot(here - there)));
+      }
+      if (change > kRigidTolerance * r.norm() * speed) {
+        Refuse(Item("samples", i), "is no motion of one body");
+      }
+    }
+  }
+}
+
+std::vector<BatchRow> AllRows(int points) {
+  std::vector<BatchRow> rows;
+  for (int i = 0; i < points; ++i) {
+    rows.push_back({i, 0});
+    rows.push_back({i, 1});
+  }
+  return rows;
+}
+
+bool IsRow(const BatchRow& row, int point, int axis) {
+  return row.point == point && row.axis == axis;
+}
+
+// The first two rows are both coordinates of one point.
+bool StartsWithPoint(const std::vector<BatchRow>& rows) {
+  return rows.size() >= 2 && IsRow(rows[0], rows[0].point, 0) && IsRow(rows[1], rows[0].point, 1);
+}
+
+bool IsAllRows(const std::vector<BatchRow>& rows, int points) {
+  if (static_cast<int>(rows.size()) != 2 * points) return false;
+  for (int i = 0; i < 2 * points; ++i) {
+    if (!IsRow(rows[i], i / 2, i % 2)) return false;
+  }
+  return true;
+}
+
+Family FamilyOf(const BatchScene::Data& data) {
+  const auto& rows = data.rows;
+  if (rows.size() == 2 && StartsWithPoint(rows) && data.joints >= 2) return Family::kPair;
+  if (rows.size() == 3 && StartsWithPoint(rows) && rows[2].axis == 0 &&
+      rows[2].point != rows[0].point && data.joints >= 3) {
+    return Family::kTriple;
+  }
+  if (data.body == BatchBody::kRigid && data.joints >= 6 && data.points >= 3 && data.points <= 8 &&
+      IsAllRows(rows, data.points)) {
+    return Family::kRigidSix;
+  }
+  return Family::kGeneric;
+}
+
+int RankOf(const BatchScene::Data& data) {
+  const int rank = std::min(static_cast<int>(data.rows.size()), data.joints);
+  return data.body == BatchBody::kRigid ? std::min(rank, 6) : rank;
+}
+
+Matrix3d Adjugate(const Matrix3d& A) {
+  Matrix3d adjugate;  // rows: cross products of the columns
+  adjugate.row(0) = A.col(1).cross(A.col(2)).transpose();
+  adjugate.row(1) = A.col(2).cross(A.col(0)).transpose();
+  adjugate.row(2) = A.col(0).cross(A.col(1)).transpose();
+  return adjugate;
+}
+
+// A J turned in joint space, so that the first point's derivatives fill three columns alone; singular
+// values of J_c do not change. Columns past the sixth are 0 and left out.
+struct TurnedPair {
+  Matrix3d A1;
+  Matrix3d head;  // of A2
+  MatrixXd tail;  // 3×(0..3)
+};
+
+TurnedPair TurnPair(const PointJacobian& A1, const PointJacobian& A2) {
+  TurnedPair turned;
+  if (A1.cols() <= 3) {
+    turned.A1.setZero();
+    turned.head.setZero();
+    turned.A1.leftCols(A1.cols()) = A1;
+    turned.head.leftCols(A1.cols()) = A2;
+    return turned;
+  }
+  const Eigen::HouseholderQR<MatrixXd> qr(A1.transpose());
+  const MatrixXd turned_A1 = A1 * qr.householderQ();
+  const MatrixXd turned_A2 = A2 * qr.householderQ();
+  turned.A1 = turned_A1.leftCols<3>();
+  turned.head = turned_A2.leftCols<3>();
+  const MatrixXd rest = turned_A2.rightCols(A1.cols() - 3);
+  if (rest.cols() <= 3) {
+    turned.tail = rest;
+  } else {
+    const Eigen::HouseholderQR<MatrixXd> rest_qr(rest.transpose());
+    turned.tail = (rest * rest_qr.householderQ()).leftCols<3>();
+  }
+  return turned;
+}
+
+void Append(const Vector3d& v, std::vector<double>* record) {
+  record->insert(record->end(), v.data(), v.data() + 3);
+}
+void Append(const Matrix3d& m, std::vector<double>* record) {
+  for (int i = 0; i < 3; ++i) Append(Vector3d(m.row(i)), record);
+}
+
+// M of the triple form without its last entry, M0 = M P1 (its third part freed of that entry's share),
+// both times `factor`.
+void AppendTripleCore(const Matrix3d& A1, const Matrix3d& A2, const Vector3d& P1,
+                      const Vector3d& P2, double factor, std::vector<double>* record) {
+  const Matrix3d M = A2 * Adjugate(A1);
+  // u = M d1, less its share along d2, which b does not see: u = (M - m I) d2 + M (P1 - P2), m = M(2, 2).
+  const Matrix3d reduced = M - M(2, 2) * Matrix3d::Identity();
+  const Vector3d constant = reduced * P2 + M * (P1 - P2);
+  for (int i = 0; i < 8; ++i) record->push_back(factor * reduced(i / 3, i % 3));
+  Append(Vector3d(factor * constant), record);
+  Append(P1, record);
+  Append(P2, record);
+}
+
+std::vector<double> TripleRecord(const BatchScene::Data& data, const BatchSample& s,
+                                 double factor) {
+  const int first = data.rows[0].point, second = data.rows[2].point;
+  const TurnedPair turned = TurnPair(s.J_p_W[first], s.J_p_W[second]);
+  const Vector3d& P1 = s.p_W[first];
+  std::vector<double> record;
+  AppendTripleCore(turned.A1, turned.head, P1, s.p_W[second], factor, &record);
+  if (turned.tail.cols() == 0) return record;
+  const Matrix3d adjugate = Adjugate(turned.A1);
+  Append(adjugate, &record);
+  Append(Vector3d(adjugate * P1), &record);
+  for (Eigen::Index i = 0; i < turned.tail.cols(); ++i)
+    Append(Vector3d(turned.tail.col(i)), &record);
+  return record;
+}
+
+std::vector<double> PairRecord(const BatchScene::Data& data, const BatchSample& s) {
+  const int point = data.rows[0].point;
+  const Matrix3d A = TurnPair(s.J_p_W[point], s.J_p_W[point]).A1;
+  const Matrix3d adjugate = Adjugate(A);
+  std::vector<double> record;
+  Append(s.p_W[point], &record);
+  Append(adjugate, &record);
+  Append(Vector3d(adjugate * s.p_W[point]), &record);
+  return record;
+}
+
+// 3p×6: velocities of the points by the twist of the body about its first point.
+MatrixXd TwistToPoints(const BatchSample& s) {
+  MatrixXd T = MatrixXd::Zero(3 * s.p_W.size(), 6);
+  for (std::size_t i = 0; i < s.p_W.size(); ++i) {
+    T.block<3, 3>(3 * i, 0).setIdentity();
+    T.block<3, 3>(3 * i, 3) = -Skew(s.p_W[i] - s.p_W[0]);
+  }
+  return T;
+}
+
+MatrixXd StackedJacobian(const BatchSample& s) {
+  MatrixXd A(3 * s.J_p_W.size(), s.J_p_W.front().cols());
+  for (std::size_t i = 0; i < s.J_p_W.size(); ++i) A.middleRows<3>(3 * i) = s.J_p_W[i];
+  return A;
+}
+
+// Volume spanned by the rows of a wide matrix: the product of its singular values.
+double RowVolume(const MatrixXd& J) {
+  const Eigen::HouseholderQR<MatrixXd> qr(J.transpose());
+  return std::abs(qr.matrixQR().diagonal().head(J.rows()).prod());
+}
+
+// Twists of the body, from the derivatives of its points. The same distances everywhere make the same
+// normal matrix up to a rotation, so one sample tells whether the points span a body.
+bool SpansBody(const BatchSample& s) {
+  const MatrixXd T = TwistToPoints(s);
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(T);
+  return qr.rank() == 6;
+}
+
+std::vector<double> SixRecord(const BatchSample& s, bool spans) {
+  std::vector<double> record;
+  Append(s.p_W[0], &record);
+  for (std::size_t i = 1; i < s.p_W.size(); ++i) Append(Vector3d(s.p_W[i] - s.p_W[0]), &record);
+  double w_r = 0.0;
+  if (spans) {
+    const MatrixXd J_r = TwistToPoints(s).householderQr().solve(StackedJacobian(s));
+    w_r = RowVolume(J_r);
+  }
+  record.push_back(w_r);
+  return record;
+}
+
+int GenericColumns(const BatchScene::Data& data) {
+  const int most = data.body == BatchBody::kRigid ? 6 : 3 * data.points;
+  return std::min(data.joints, most);
+}
+
+std::vector<double> GenericRecord(const BatchScene::Data& data, const BatchSample& s) {
+  const int columns = GenericColumns(data);
+  MatrixXd A = StackedJacobian(s);
+  if (columns < data.joints) {
+    // All that the points can do lies in the row space; turn it onto the first columns.
+    const Eigen::JacobiSVD<MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::Index kept = std::min<Eigen::Index>(columns, svd.singularValues().size());
+    MatrixXd turned = MatrixXd::Zero(A.rows(), columns);
+    turned.leftCols(kept) =
+        svd.matrixU().leftCols(kept) * svd.singularValues().head(kept).asDiagonal();
+    A = turned;
+  }
+  std::vector<double> record;
+  for (std::size_t i = 0; i < s.p_W.size(); ++i) {
+    Append(s.p_W[i], &record);
+    for (int row = 0; row < 3; ++row) {
+      for (int j = 0; j < columns; ++j) record.push_back(A(3 * i + row, j));
+    }
+  }
+  return record;
+}
+
+std::vector<double> RecordOf(const BatchScene::Data& data, const BatchSample& s, Family family,
+                             bool spans) {
+  switch (family) {
+    case Family::kTriple:
+      return TripleRecord(data, s, 1.0);
+    case Family::kPair:
+      return PairRecord(data, s);
+    case Family::kRigidSix:
+      return SixRecord(s, spans);
+    case Family::kGeneric:
+      break;
+  }
+  return GenericRecord(data, s);
+}
+
+int ColumnsOf(const BatchScene::Data& data, Family family) {
+  switch (family) {
+    case Family::kTriple:
+      return std::min(data.joints, 6);
+    case Family::kGeneric:
+      return GenericColumns(data);
+    default:
+      return 0;
+  }
+}
+
+template <class T>
+void Pack(const BatchScene::Data& data, Family family, const std::vector<BatchSample>& samples,
+          double min_depth, batch::PackedScene<T>* out) {
+  const auto N = static_cast<int>(samples.size());
+  const int padded = (N + kPadding - 1) / kPadding * kPadding;
+  const bool spans = family == Family::kRigidSix && SpansBody(samples.front());
+  int fields = 0;
+  for (int i = 0; i < N; ++i) {
+    const std::vector<double> record = RecordOf(data, samples[i], family, spans);
+    fields = static_cast<int>(record.size());
+    for (const double x : record) out->record.push_back(static_cast<T>(x));
+    if (family == Family::kTriple && data.joints == 3) {
+      for (const double x : TripleRecord(data, samples[i], samples[i].weight)) {
+        out->weighted.push_back(static_cast<T>(x));
+      }
+    }
+  }
+  out->lanes.resize(static_cast<std::size_t>(fields) * padded);
+  out->weight.assign(padded, T(0));
+  for (int i = 0; i < padded; ++i) {
+    const int source = std::min(i, N - 1);
+    for (int f = 0; f < fields; ++f) {
+      out->lanes[static_cast<std::size_t>(f) * padded + i] =
+          out->record[static_cast<std::size_t>(source) * fields + f];
+    }
+    if (i < N) out->weight[i] = static_cast<T>(samples[i].weight);
+  }
+  batch::SceneView<T>& view = out->view;
+  view.family = family;
+  view.samples = N;
+  view.points = data.points;
+  view.rows = static_cast<int>(data.rows.size());
+  view.columns = ColumnsOf(data, family);
+  view.fields = fields;
+  for (std::size_t k = 0; k < data.rows.size(); ++k) {
+    view.row[k] = {data.rows[k].point, data.rows[k].axis};
+  }
+  view.record = out->record.data();
+  view.lanes = out->lanes.data();
+  view.padded = padded;
+  view.weight = out->weight.data();
+  view.weighted = out->weighted.empty() ? nullptr : out->weighted.data();
+  view.min_depth = static_cast<T>(min_depth);
+}
+
+// The motion in units of single precision: lengths near 1, so that products of many of them neither
+// overflow nor vanish. J_c does not change.
+std::vector<BatchSample> Rescaled(const BatchScene::Data& data) {
+  std::vector<BatchSample> scaled = data.samples;
+  for (BatchSample& s : scaled) {
+    for (Vector3d& p : s.p_W) p = (p - data.origin) / data.unit;
+    for (PointJacobian& J : s.J_p_W) J /= data.unit;
+  }
+  return scaled;
+}
+
+void PackForm(const BatchScene::Data& data, Family family, batch::PackedForm* form) {
+  Pack(data, family, data.samples, kMinDepth, &form->f64);
+  Pack(data, family, Rescaled(data), kMinDepth / data.unit, &form->f32);
+}
+
+void PackHull(BatchScene::Data* data) {
+  std::vector<Vector3d> all;
+  for (const BatchSample& s : data->samples) all.insert(all.end(), s.p_W.begin(), s.p_W.end());
+  const std::vector<int> hull = ConvexHullVertices(all);
+  data->hull_count = static_cast<int>(hull.size());
+  for (const int i : hull) {
+    const Vector3d scaled = (all[i] - data->origin) / data->unit;
+    for (int k = 0; k < 3; ++k) {
+      data->hull64.xyz.push_back(all[i](k));
+      data->hull32.xyz.push_back(static_cast<float>(scaled(k)));
+    }
+  }
+}
+
+void ChooseUnit(double unit, BatchScene::Data* data) {
+  Vector3d low = data->samples.front().p_W.front(), high = low;
+  for (const BatchSample& s : data->samples) {
+    for (const Vector3d& p : s.p_W) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  data->origin = 0.5 * (low + high);
+  data->unit = unit > 0.0 ? unit : std::max((high - low).norm(), 1e-3);
+}
+
+}  // namespace
+
+const batch::PackedForm& BatchScene::Data::Generic() const {
+  if (family == Family::kGeneric) return form;
+  std::call_once(generic_made, [this] { PackForm(*this, Family::kGeneric, &generic); });
+  return generic;
+}
+
+BatchScene::BatchScene(std::vector<BatchSample> samples, BatchBody body, std::vector<BatchRow> rows,
+                       double unit) {
+  CheckSamples(samples);
+  if (!(unit >= 0.0) || !std::isfinite(unit)) Refuse("unit", "must be >= 0 m");
+  auto data = std::make_unique<Data>();
+  data->points = static_cast<int>(samples.front().p_W.size());
+  data->joints = static_cast<int>(samples.front().J_p_W.front().cols());
+  data->rows = rows.empty() ? AllRows(data->points) : std::move(rows);
+  CheckRows(data->rows, data->points);
+  if (body == BatchBody::kRigid) CheckRigid(samples);
+  data->body = body;
+  data->samples = std::move(samples);
+  for (const BatchSample& s : data->samples) data->total_weight += s.weight;
+  data->rank = RankOf(*data);
+  data->family = FamilyOf(*data);
+  ChooseUnit(unit, data.get());
+  PackForm(*data, data->family, &data->form);
+  PackHull(data.get());
+  data_ = std::move(data);
+}
+
+BatchScene::~BatchScene() = default;
+BatchScene::BatchScene(BatchScene&&) noexcept = default;
+BatchScene& BatchScene::operator=(BatchScene&&) noexcept = default;
+
+const std::vector<BatchSample>& BatchScene::samples() const noexcept {
+  return data_->samples;
+}
+const std::vector<BatchRow>& BatchScene::rows() const noexcept {
+  return data_->rows;
+}
+BatchBody BatchScene::body() const noexcept {
+  return data_->body;
+}
+int BatchScene::joints() const noexcept {
+  return data_->joints;
+}
+int BatchScene::rank() const noexcept {
+  return data_->rank;
+}
+double BatchScene::total_weight() const noexcept {
+  return data_->total_weight;
+}
+int BatchScene::hull_size() const noexcept {
+  return data_->hull_count;
+}
+
+std::string BatchScene::form() const {
+  switch (data_->family) {
+    case Family::kTriple:
+      return "triple";
+    case Family::kPair:
+      return "pair";
+    case Family::kRigidSix:
+      return "rigid six";
+    case Family::kGeneric:
+      break;
+  }
+  return "generic";
+}
+
+// ---- Obstacles ----------------------------------------------------------------------------------
+
+namespace {
+
+template <class T>
+void Copy(const Vector3d& from, T (&to)[3]) {
+  for (int i = 0; i < 3; ++i) to[i] = static_cast<T>(from(i));
+}
+
+template <class T>
+batch::CapsuleTest<T> MakeTest(const Vector3d& P, const BatchCapsule& capsule, double unit) {
+  const Vector3d axis = capsule.p_WB - capsule.p_WA;
+  const double length = axis.norm();
+  // The axis of a ball is a point: any direction does, with no room along it.
+  const Vector3d u = length > 0.0 ? Vector3d(axis / length) : Vector3d::UnitX();
+  const Vector3d from_A = P - capsule.p_WA;
+  const double along = u.dot(from_A);
+  const Vector3d e = from_A - along * u;
+  batch::CapsuleTest<T> test{};
+  Copy(u, test.u);
+  Copy(Vector3d(e / unit), test.e);
+  test.e2 = static_cast<T>(e.squaredNorm() / (unit * unit));
+  test.before = static_cast<T>(-along / unit);
+  test.after = static_cast<T>((length - along) / unit);
+  test.half_radius = static_cast<T>(0.5 * capsule.radius / unit);
+  test.half_inverse = static_cast<T>(0.5 * unit / capsule.radius);
+  return test;
+}
+
+template <class T>
+void PackObstacles(const std::vector<BatchSight>& sights, const std::vector<BatchBox>& boxes,
+                   double max_incidence, const Vector3d& origin, double unit,
+                   batch::PackedObstacles<T>* out) {
+  for (const BatchSight& s : sights) {
+    batch::Sight<T> sight{};
+    Copy(Vector3d((s.p_W - origin) / unit), sight.p);
+    Copy(s.normal_W, sight.normal);
+    sight.first_capsule = static_cast<int>(out->capsule.size());
+    sight.capsules = static_cast<int>(s.capsules.size());
+    for (const BatchCapsule& capsule : s.capsules) {
+      out->capsule.push_back(MakeTest<T>(s.p_W, capsule, unit));
+    }
+    out->sight.push_back(sight);
+  }
+  for (const BatchBox& b : boxes) {
+    batch::BoxTest<T> box{};
+    for (int i = 0; i < 9; ++i) box.b[i] = static_cast<T>(b.X_WB.linear()(i % 3, i / 3));
+    Copy(Vector3d((b.X_WB.translation() - origin) / unit), box.centre);
+    Copy(Vector3d(b.half / unit), box.half);
+    out->box.push_back(box);
+  }
+  out->view.sight = out->sight.data();
+  out->view.sights = static_cast<int>(out->sight.size());
+  out->view.capsule = out->capsule.data();
+  out->view.box = out->box.data();
+  out->view.boxes = static_cast<int>(out->box.size());
+  out->view.facing = max_incidence < M_PI;
+  out->view.min_cosine = static_cast<T>(std::cos(std::min(max_incidence, M_PI)));
+}
+
+}  // namespace
+
+BatchObstacles::BatchObstacles(std::vector<BatchSight> sights, std::vector<BatchBox> boxes,
+                               double max_incidence, double unit) {
+  constexpr std::size_t kMostBoxes = 16;
+  if (boxes.size() > kMostBoxes) {
+    Refuse("boxes", "must be " + std::to_string(kMostBoxes) + " at most, are " +
+                        std::to_string(boxes.size()));
+  }
+  if (!(unit > 0.0) || !std::isfinite(unit)) Refuse("unit", "must be > 0 m");
+  for (const BatchSight& s : sights) {
+    for (const BatchCapsule& c : s.capsules) {
+      if (!(c.radius > 0.0)) {
+        Refuse("capsules", "must have a radius > 0 m, one has " + std::to_string(c.radius));
+      }
+    }
+  }
+  auto data = std::make_unique<Data>();
+  if (!sights.empty()) data->origin = sights[sights.size() / 2].p_W;
+  data->unit = unit;
+  PackObstacles(sights, boxes, max_incidence, Vector3d::Zero(), 1.0, &data->f64);
+  PackObstacles(sights, boxes, max_incidence, data->origin, unit, &data->f32);
+  data_ = std::move(data);
+}
+
+BatchObstacles::~BatchObstacles() = default;
+BatchObstacles::BatchObstacles(BatchObstacles&&) noexcept = default;
+BatchObstacles& BatchObstacles::operator=(BatchObstacles&&) noexcept = default;
+
+}  // namespace vantage

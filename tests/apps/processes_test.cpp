@@ -1,0 +1,233 @@
+// The programs as real processes on the built-in TCP hub: who dies, who notices, who says what.
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "vantage/messaging/lcm_link.h"
+#include "vantage/messaging/tcp_hub.h"
+#include "vantage/runtime/child_process.h"
+
+namespace vantage {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+std::string Program(const std::string& name) {
+  return std::string(VANTAGE_BIN) + "/" + name;
+}
+
+/// Waits until `condition` holds; false when it does not within `limit`.
+template <typename Condition>
+bool Eventually(Condition&& condition, Duration limit = seconds(30)) {
+  const Time end = Clock::now() + limit;
+  while (Clock::now() < end) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(milliseconds(2));
+  }
+  return condition();
+}
+
+/// A hub, and what the servo says on it.
+class Cell {
+ public:
+  Cell() : hub_(AnyPort()), link_({hub_.url(), ""}) {
+    link_.Subscribe<ServoStatus>(kServoStatusChannel, [this](const ServoStatus& v) {
+      const std::lock_guard lock(mutex_);
+      status_ = v;
+    });
+    link_.Subscribe<JointCommand>(kJointCommandChannel, [this](const JointCommand& v) {
+      const std::lock_guard lock(mutex_);
+      command_ = v;
+    });
+    link_.Subscribe<GroundTruth>(kSimTruthChannel, [this](const GroundTruth& v) {
+      const std::lock_guard lock(mutex_);
+      truth_ = v;
+    });
+    link_.Start();
+  }
+
+  [[nodiscard]] ChildProcess Start(const std::string& program,
+                                   std::vector<std::string> arguments) const {
+    ChildOptions options;
+    options.arguments = {Program(program)};
+    options.arguments.insert(options.arguments.end(), arguments.begin(), arguments.end());
+    options.environment["LCM_DEFAULT_URL"] = hub_.url();
+    options.output = "/dev/null";
+    return ChildProcess(options);
+  }
+  [[nodiscard]] ChildProcess StartSim() const {
+    return Start("vantage-sim", {"planar-good-view", "--image-rate", "0"});
+  }
+  [[nodiscard]] ChildProcess StartServo() const {
+    return Start("vantage-servo", {"planar-good-view", "--camera", "fixed", "--priority", "0"});
+  }
+
+  [[nodiscard]] std::optional<ServoStatus> status() const {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+  [[nodiscard]] bool State(ServoState state) const {
+    const auto now = status();
+    return now && now->state == state;
+  }
+  [[nodiscard]] bool Working() const {
+    return State(ServoState::kServoing) || State(ServoState::kConverged);
+  }
+  [[nodiscard]] JointCommand command() const {
+    const std::lock_guard lock(mutex_);
+    return command_;
+  }
+  [[nodiscard]] std::optional<GroundTruth> truth() const {
+    const std::lock_guard lock(mutex_);
+    return truth_;
+  }
+
+ private:
+  static TcpHubOptions AnyPort() {
+    TcpHubOptions options;
+    options.port = 0;
+    return options;
+  }
+
+  TcpHub hub_;
+  mutable std::mutex mutex_;
+  std::optional<ServoStatus> status_;
+  JointCommand command_;
+  std::optional<GroundTruth> truth_;
+  LcmLink link_;
+};
+
+TEST(Processes, ServoStopsWhenTheSimulatorDiesAndResumesWhenItIsBack) {
+  Cell cell;
+  auto sim = std::make_unique<ChildProcess>(cell.StartSim());
+  ChildProcess servo = cell.StartServo();
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+
+  sim->Signal(SIGKILL);
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kHolding); }));
+  EXPECT_EQ(cell.status()->reason, HoldReason::kStaleJointState) << Name(cell.status()->reason);
+  // 1.5 rad/s at 6 rad/s^2 and more: at rest well within a second.
+  EXPECT_TRUE(Eventually([&] { return cell.command().qdot.isZero(0.0); }));
+  EXPECT_EQ(cell.status()->stops, 1);
+  // It stays at rest, alive, and goes on saying why.
+  const std::int64_t seq = cell.status()->seq;
+  ASSERT_TRUE(Eventually([&] { return cell.status()->seq > seq + 100; }));
+  EXPECT_TRUE(cell.command().qdot.isZero(0.0));
+  EXPECT_TRUE(cell.State(ServoState::kHolding));
+
+  sim = std::make_unique<ChildProcess>(cell.StartSim());
+  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_EQ(cell.truth()->limit_violations, 0);
+}
+
+TEST(Processes, ARestartedServoGoesOn) {
+  Cell cell;
+  ChildProcess sim = cell.StartSim();
+  auto servo = std::make_unique<ChildProcess>(cell.StartServo());
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  servo->Signal(SIGKILL);
+  ASSERT_TRUE(Eventually([&] { return servo->Poll().has_value(); }));
+  servo = std::make_unique<ChildProcess>(cell.StartServo());
+  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_EQ(cell.truth()->limit_violations, 0);
+}
+
+// SIGTERM: the arm is brought to rest before the servo leaves, and its exit code is 0.
+TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
+  Cell cell;
+  ChildProcess sim = cell.StartSim();
+  ChildProcess servo = cell.StartServo();
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  servo.Signal(SIGTERM);
+  const auto end = servo.WaitFor(seconds(10));
+  ASSERT_TRUE(end.has_value());
+  EXPECT_TRUE(end->success()) << end->ToString();
+  EXPECT_TRUE(Eventually([&] { return cell.command().qdot.isZero(0.0); }, seconds(2)));
+  EXPECT_EQ(cell.status()->reason, HoldReason::kOperator);
+}
+
+/// Runs vantage-run and gives its exit code and what it printed.
+std::pair<int, std::string> RunProgram(std::vector<std::string> arguments) {
+  const std::string log = (std::filesystem::temp_directory_path() /
+                           ("vantage_run_" + std::to_string(getpid()) + ".txt"))
+                              .string();
+  std::filesystem::remove(log);
+  ChildOptions options;
+  options.arguments = {Program("vantage-run")};
+  options.arguments.insert(options.arguments.end(), arguments.begin(), arguments.end());
+  options.output = log;
+  ChildProcess child(options);
+  const auto status = child.WaitFor(seconds(120));
+  std::ostringstream text;
+  text << std::ifstream(log).rdbuf();
+  std::filesystem::remove(log);
+  return {status ? status->code : -1, text.str()};
+}
+
+class RunTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("vantage_runs_" + std::to_string(getpid()));
+    std::filesystem::remove_all(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::filesystem::path RunFolder() const {
+    return std::filesystem::directory_iterator(folder_)->path();
+  }
+  std::filesystem::path folder_;
+};
+
+// The main job, all processes: converges, exit code 0, and the run folder holds what it promises.
+TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
+  const auto [code, text] =
+      RunProgram({"puma560-bad-view", "--out", folder_.string(), "--priority", "0"});
+  EXPECT_EQ(code, 0) << text;
+  EXPECT_NE(text.find("converged after"), std::string::npos) << text;
+  EXPECT_NE(text.find("tools/spy"), std::string::npos);
+  for (const char* name :
+       {"run.png", "first.png", "last.png", "summary.json", "samples.csv", "events.lcm"}) {
+    EXPECT_TRUE(std::filesystem::exists(RunFolder() / name)) << name;
+    EXPECT_GT(std::filesystem::file_size(RunFolder() / name), 500u) << name;
+  }
+}
+
+TEST_F(RunTest, FixedCameraInABadViewEndsWithExitCodeOne) {
+  const auto [code, text] = RunProgram({"puma560-bad-view", "--camera", "fixed", "--time-limit",
+                                        "4", "--lockstep", "--out", folder_.string()});
+  EXPECT_EQ(code, 1) << text;
+  EXPECT_NE(text.find("NOT converged"), std::string::npos) << text;
+}
+
+TEST_F(RunTest, BadInputIsOneLineExitCodeTwoAndNothingWritten) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"no-such-scenario"},
+                                                    {"--camera", "sideways"},
+                                                    {"--time-limit", "-3"}}) {
+    std::vector<std::string> all = arguments;
+    all.insert(all.end(), {"--out", folder_.string()});
+    const auto [code, text] = RunProgram(all);
+    EXPECT_EQ(code, 2) << arguments[0] << ": " << text;
+    EXPECT_FALSE(std::filesystem::exists(folder_)) << arguments[0];
+  }
+  const std::string broken =
+      (std::filesystem::temp_directory_path() / "vantage_broken.yaml").string();
+  std::ofstream(broken)
+      << "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n";
+  const auto [code, text] = RunProgram({broken, "--out", folder_.string()});
+  EXPECT_EQ(code, 2);
+  EXPECT_NE(text.find(broken + ":3: "), std::string::npos) << text;
+  EXPECT_NE(text.find("radius"), std::string::npos) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+  EXPECT_FALSE(std::filesystem::exists(folder_));
+  std::filesystem::remove(broken);
+}
+
+}  // namespace
+}  // namespace vantage

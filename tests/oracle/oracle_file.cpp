@@ -1,0 +1,163 @@
+#include "oracle_file.h"
+
+#include <cstdlib>
+#include <set>
+#include <utility>
+
+#include "vantage/math/error.h"
+
+namespace vantage::test {
+namespace {
+
+struct File {
+  Json json = Json::object();
+  std::string error;
+};
+
+const File& TheFile() {
+  static const File file = [] {
+    const char* other = std::getenv("VANTAGE_ORACLES");
+    File read;
+    try {
+      read.json = ReadJsonFile(other != nullptr ? other : VANTAGE_TEST_DATA "/oracles.json");
+      if (!read.json.is_object()) read.error = "is not an object";
+    } catch (const std::exception& error) {
+      read.error = error.what();
+    }
+    return read;
+  }();
+  return file;
+}
+
+std::string Sanitised(const std::string& text) {
+  std::string name;
+  for (const char c : text) {
+    const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    name += letter || (c >= '0' && c <= '9') ? c : '_';
+  }
+  return name;
+}
+
+}  // namespace
+
+const Json& Oracles() {
+  return TheFile().json;
+}
+
+const std::string& ReadError() {
+  return TheFile().error;
+}
+
+std::ostream& operator<<(std::ostream& stream, const Entry& entry) {
+  return stream << entry.id;
+}
+
+std::vector<Entry> Entries(const std::string& pointer) {
+  std::vector<Entry> entries;
+  const Json::json_pointer path(pointer);
+  if (!Oracles().contains(path)) return entries;
+  const Json& section = Oracles()[path];
+  std::set<std::string> names;
+  const auto add = [&](const std::string& id, const Json& json) {
+    std::string name = Sanitised(id);
+    if (name.empty() || !names.insert(name).second) {
+      name += "_entry_" + std::to_string(entries.size());
+    }
+    entries.push_back({name, &json});
+  };
+  if (section.is_object()) {
+    for (const auto& [key, value] : section.items()) add(key, value);
+  } else {
+    for (const Json& value : section) {
+      const bool named = value.is_object() && value.contains("id") && value["id"].is_string();
+      add(named ? value["id"].get<std::string>() : "", value);
+    }
+  }
+  return entries;
+}
+
+std::string NameOf(const ::testing::TestParamInfo<Entry>& info) {
+  return info.param.id;
+}
+
+Eigen::MatrixXd Matrix(const Json& rows) {
+  return ParseJsonMatrix(rows, "");
+}
+
+Eigen::VectorXd Vector(const Json& values) {
+  return ParseJsonVector(values, "");
+}
+
+Eigen::Vector3d Point(const Json& values) {
+  return Vector(values);
+}
+
+::testing::AssertionResult JacobianNear(const Eigen::MatrixXd& actual,
+                                        const Eigen::MatrixXd& expected, double tolerance) {
+  if (actual.rows() != expected.rows() || actual.cols() != expected.cols()) {
+    return ::testing::AssertionFailure()
+           << "is " << actual.rows() << "x" << actual.cols() << ", expected " << expected.rows()
+           << "x" << expected.cols();
+  }
+  const double bound = tolerance * expected.cwiseAbs().maxCoeff();
+  const double worst = (actual - expected).cwiseAbs().maxCoeff();
+  if (worst <= bound) return ::testing::AssertionSuccess();  // false for a NaN
+  return ::testing::AssertionFailure() << "differs by " << worst << " > " << bound << "\n"
+                                       << actual << "\nexpected\n"
+                                       << expected;
+}
+
+::testing::AssertionResult RelativelyNear(double actual, double expected, double tolerance) {
+  const double bound = tolerance * std::abs(expected);
+  if (std::abs(actual - expected) <= bound) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << actual << ", expected " << expected << ", differs by "
+                                       << actual - expected << ", allowed is " << bound;
+}
+
+::testing::AssertionResult WNear(const Measure& measure, double expected) {
+  if (measure.status != MeasureStatus::kOk) {
+    return ::testing::AssertionFailure() << "not measured: " << static_cast<int>(measure.status);
+  }
+  const double scale = std::pow(measure.sigma(0), measure.size());
+  const double bound = expected == 0.0
+                           ? kZeroTolerance * scale
+                           : std::max(kMeasureTolerance * expected, kSigmaTolerance * scale);
+  if (std::abs(measure.w - expected) <= bound) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "w is " << measure.w << ", expected " << expected
+                                       << ", differs by " << measure.w - expected << " > " << bound;
+}
+
+::testing::AssertionResult SigmaNear(const Measure& measure, const Json& expected) {
+  const Eigen::VectorXd sigma = Vector(expected);
+  if (sigma.size() != measure.size()) {
+    return ::testing::AssertionFailure()
+           << measure.size() << " singular values, expected " << sigma.size();
+  }
+  const double worst = (measure.sigma - sigma).cwiseAbs().maxCoeff();
+  if (worst <= kSigmaTolerance * sigma(0)) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "singular values differ by " << worst << ":\n"
+                                       << measure.sigma.transpose() << "\nexpected\n"
+                                       << sigma.transpose();
+}
+
+Evaluated Evaluate(OracleCase input) {
+  Evaluated e{std::move(input), {}, {}, {}, {}, {}, {}, {}, {}, {}};
+  e.kinematics = ComputeKinematics(e.input.arm, e.input.q);
+  e.X_WC = CameraPoseOf(e.input.camera, e.kinematics.X_WE);
+  e.views = ViewPoints(e.input.points, e.kinematics.X_WE, e.X_WC);
+  e.input.features.Evaluate(e.input.camera.model, e.views, &e.rows);
+  e.J_v = ImageJacobianOf(e, e.rows);
+  e.J_c = e.J_v * e.kinematics.J_WE_W;
+  e.view = MeasureOf(e.J_v, e.input.task_dimension);
+  e.arm = MeasureOf(e.kinematics.J_WE_W, e.input.task_dimension);
+  e.composite = MeasureOf(e.J_c, e.input.task_dimension);
+  return e;
+}
+
+FeatureJacobian ImageJacobianOf(const Evaluated& e, const FeatureRows& rows) {
+  const Eigen::Vector3d p_WE = e.kinematics.X_WE.translation();
+  return e.input.camera.eye_in_hand ? ImageJacobianEyeInHand(rows, e.X_WC, p_WE)
+                                    : ImageJacobian(rows.L_body, e.X_WC, p_WE);
+}
+
+}  // namespace vantage::test
