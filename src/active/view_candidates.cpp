@@ -76,10 +76,13 @@ double ReachOf(const CameraRig& rig) {
 void AddByArm(const CameraRig& rig, const RigVector& q_c, const Vector3d& aim_W, int count,
               std::vector<RigVector>* candidates) {
   constexpr double kNearest = 0.35, kFarthest = 1.6;  // [m]
+  constexpr int kArmSteps = 15;  // as exact as a first view needs
   const Eigen::Isometry3d X_WNow = RigPose(rig, q_c);
   const Vector3d shoulder_W =
       rig.joints[0].prismatic ? rig.X_WC_fixed.translation() : rig.joints[0].point_W;
   const double reach = ReachOf(rig);
+  const std::size_t first = candidates->size() - 1;  // q_c itself is the first
+  std::vector<Vector3d> places{X_WNow.translation()};
   for (int i = 0; i < count; ++i) {
     const double z = 1.0 - 2.0 * (i + 0.5) / count;
     const double phi = kTurn * Fraction(kGolden * i);
@@ -94,7 +97,15 @@ void AddByArm(const CameraRig& rig, const RigVector& q_c, const Vector3d& aim_W,
     const double roll = i % 2 == 0 ? 0.0 : M_PI * (Fraction(kPlastic * i) - 0.5);
     X_WC.linear() = turn.toRotationMatrix() * X_WNow.linear() *
                     Eigen::AngleAxisd(roll, Vector3d::UnitZ()).toRotationMatrix();
-    candidates->push_back(NearestRigCoordinates(rig, X_WC, q_c));
+    // The search starts from the nearest place that was found before.
+    std::size_t nearest = 0;
+    for (std::size_t k = 1; k < places.size(); ++k) {
+      const double distance = (places[k] - X_WC.translation()).norm();
+      if (distance < (places[nearest] - X_WC.translation()).norm()) nearest = k;
+    }
+    candidates->push_back(
+        NearestRigCoordinates(rig, X_WC, (*candidates)[first + nearest], kArmSteps));
+    places.push_back(RigPose(rig, candidates->back()).translation());
   }
 }
 

@@ -209,16 +209,16 @@ Twist WeightedError(const CameraRig& rig, const RigVector& q_c, const Isometry3d
 }
 
 // Levenberg-Marquardt with the axes' limits as bounds.
-void NearestOfArm(const CameraRig& rig, const Isometry3d& X_WC, RigVector* q_c) noexcept {
+void NearestOfArm(const CameraRig& rig, const Isometry3d& X_WC, int most_steps,
+                  RigVector* q_c) noexcept {
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRigAxes,
                                kMaxRigAxes>;
-  constexpr int kMostSteps = 100;
   for (int i = 0; i < rig.size(); ++i) {
     (*q_c)(i) = Admit(rig.axes[i], (*q_c)(i), (*q_c)(i));
   }
   double damping = 1e-4;
   Twist error = WeightedError(rig, *q_c, X_WC);
-  for (int step = 0; step < kMostSteps && error.norm() > 1e-12 && damping < 1e8; ++step) {
+  for (int step = 0; step < most_steps && error.norm() > 1e-12 && damping < 1e8; ++step) {
     RigJacobianMatrix J = RigJacobian(rig, *q_c);
     J.bottomRows<3>() *= kMetresPerRadian;
     RigVector gradient = J.transpose() * error;
@@ -395,7 +395,7 @@ RigJacobianMatrix RigJacobian(const CameraRig& rig, const RigVector& q_c) noexce
 }
 
 RigVector NearestRigCoordinates(const CameraRig& rig, const Isometry3d& X_WC,
-                                const RigVector& q_c_near) noexcept {
+                                const RigVector& q_c_near, int arm_steps) noexcept {
   assert(q_c_near.size() == rig.size());
   RigVector q_c = q_c_near;
   const Vector3d offset = X_WC.translation() - rig.X_WC_fixed.translation();
@@ -413,7 +413,7 @@ RigVector NearestRigCoordinates(const CameraRig& rig, const Isometry3d& X_WC,
       for (int i = 0; i < 3; ++i) q_c(i) = Admit(rig.axes[i], offset(i), q_c(i));
       break;
     case RigKind::kArm:
-      NearestOfArm(rig, X_WC, &q_c);
+      NearestOfArm(rig, X_WC, arm_steps, &q_c);
       return q_c;
   }
   NearestHead(rig, X_WC.linear(), &q_c);

@@ -96,9 +96,12 @@ struct RigHead {
 /// limits; angles are taken on the turn nearest to q_c_near that the limits allow. Locked axes keep
 /// the value of q_c_near. For an arm: the nearest on the branch that a search from q_c_near finds, where
 /// a radian of orientation weighs as much as a decimetre. Real-time safe.
+///
+/// @param arm_steps  Most steps of that search; with fewer it may stop short.
 /// @pre q_c_near.size() == rig.size().
 [[nodiscard]] RigVector NearestRigCoordinates(const CameraRig& rig, const Eigen::Isometry3d& X_WC,
-                                              const RigVector& q_c_near) noexcept;
+                                              const RigVector& q_c_near,
+                                              int arm_steps = 100) noexcept;
 
 /// q_c moved into the axis limits.
 [[nodiscard]] RigVector ClampToLimits(const CameraRig& rig, const RigVector& q_c) noexcept;
