@@ -217,7 +217,7 @@ void WriteSurface(const MapRecipe& recipe, const std::string& z_label, std::ofst
   *script << "set border 31 linecolor rgb '#707070' linewidth 0.8\n"
              "set tics textcolor rgb '#202020'\n"
              "set ztics offset -0.2, 0.25\n"
-             "set xyplane relative 0\nset origin 0, 0.09\nset size 1, 0.91\n"
+             "set xyplane relative 0\nset origin 0.025, 0.09\nset size 0.975, 0.91\n"
           << "set view 62, " << recipe.view_turn << ", 1.03, 1.25\n"
           << "set xlabel " << Quoted(AxisLabel(recipe.axes[0]))
           << " rotate parallel offset 0,-0.5 font ',13'\n"
