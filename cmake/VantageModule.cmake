@@ -10,13 +10,27 @@ function(vantage_add_module name)
   target_link_libraries(vantage_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS} vantage_warnings)
 endfunction()
 
-# vantage_add_test(<module>/<unit>_test [DEPENDS <target>...]): one executable and ctest entries per file.
+# vantage_add_test(<module>/<unit>_test [SERIAL] [DEPENDS <target>...]): one executable and ctest entries per file,
+# labelled with the module; part of target tests_<module>. SERIAL: nothing else runs beside it.
 function(vantage_add_test path)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DEPENDS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "SERIAL" "" "DEPENDS")
+  set(serial FALSE)
+  if(arg_SERIAL)
+    set(serial TRUE)
+  endif()
   cmake_path(GET path FILENAME name)
+  cmake_path(GET path PARENT_PATH module)
   add_executable(${name} ${PROJECT_SOURCE_DIR}/tests/${path}.cpp)
+  add_dependencies(tests_${module} ${name})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
   target_compile_definitions(${name} PRIVATE VANTAGE_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} vantage_warnings GTest::gtest_main)
-  gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${module} RUN_SERIAL ${serial})
+endfunction()
+
+# vantage_add_bench(<area> DEPENDS <target>...): executable bench_<area> from bench/<area>_bench.cpp.
+function(vantage_add_bench area)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DEPENDS")
+  add_executable(bench_${area} ${PROJECT_SOURCE_DIR}/bench/${area}_bench.cpp)
+  target_link_libraries(bench_${area} PRIVATE ${arg_DEPENDS} vantage_warnings benchmark::benchmark)
 endfunction()

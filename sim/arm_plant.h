@@ -12,10 +12,11 @@ namespace vantage::sim {
 
 /// What a monitor in the plant counts: commands and motion outside the arm's limits.
 struct LimitViolations {
-  std::int64_t velocity{0};       ///< Commands beyond a velocity limit.
-  std::int64_t acceleration{0};   ///< Commands that change faster than the acceleration limit allows.
-  std::int64_t position{0};       ///< Plant steps with a joint outside its range.
-  std::int64_t not_finite{0};     ///< Commands with a NaN or infinity, or of the wrong size.
+  std::int64_t velocity{0};  ///< Commands beyond a velocity limit.
+  std::int64_t acceleration{
+      0};                      ///< Commands that change faster than the acceleration limit allows.
+  std::int64_t position{0};    ///< Plant steps with a joint outside its range.
+  std::int64_t not_finite{0};  ///< Commands with a NaN or infinity, or of the wrong size.
   [[nodiscard]] std::int64_t total() const noexcept {
     return velocity + acceleration + position + not_finite;
   }
@@ -45,7 +46,7 @@ class ArmPlant {
   ArmEffects effects_;
   std::mt19937_64 random_;
   JointVector bias_, q_, qdot_, target_;
-  JointVector last_qdot_;        // as commanded, for the monitor
+  JointVector last_qdot_;  // as commanded, for the monitor
   Time last_stamp_{};
   Time last_command_{};
   bool commanded_{false};

@@ -18,9 +18,9 @@ namespace vantage::sim {
 /// What the camera's driver knows: nominal models, never the truth.
 struct CameraKnowledge {
   ArmModel arm;
-  CameraModel camera;                  ///< Nominal.
-  std::vector<Marker> tool_markers;    ///< In E.
-  std::vector<Marker> goal_markers;    ///< In W, where they are believed to be.
+  CameraModel camera;                ///< Nominal.
+  std::vector<Marker> tool_markers;  ///< In E.
+  std::vector<Marker> goal_markers;  ///< In W, where they are believed to be.
 };
 
 /// A camera with its driver: takes images of the rendered world at its rate, finds the markers on the

@@ -6,7 +6,8 @@
 namespace vantage::sim {
 namespace {
 
-constexpr std::size_t kTableSize = (1u << 20) - 3;  // odd: rows of an image do not fall in step with it
+constexpr std::size_t kTableSize =
+    (1u << 20) - 3;  // odd: rows of an image do not fall in step with it
 constexpr int kFraction = 16;
 
 }  // namespace

@@ -6,10 +6,12 @@
 
 namespace vantage::sim {
 
-RigPlant::RigPlant(CameraRig rig, const RigVector& q_c_start) : rig_(std::move(rig)), q_c_(q_c_start) {
+RigPlant::RigPlant(CameraRig rig, const RigVector& q_c_start)
+    : rig_(std::move(rig)), q_c_(q_c_start) {
   Validate(rig_);
   if (q_c_.size() != rig_.size()) {
-    throw ConfigError("", "camera_rig.start", "needs " + std::to_string(rig_.size()) + " coordinates");
+    throw ConfigError("", "camera_rig.start",
+                      "needs " + std::to_string(rig_.size()) + " coordinates");
   }
   target_ = q_c_;
 }

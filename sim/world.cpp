@@ -35,7 +35,8 @@ Isometry3d PoseError(const SimOptions& options) {
   std::normal_distribution<double> normal(0.0, 1.0);
   Twist step;
   for (int i = 0; i < 6; ++i) {
-    step(i) = normal(random) * (i < 3 ? options.camera.position_error : options.camera.rotation_error);
+    step(i) =
+        normal(random) * (i < 3 ? options.camera.position_error : options.camera.rotation_error);
   }
   return Advance(Isometry3d::Identity(), step);
 }
@@ -77,9 +78,13 @@ SceneState World::Scene() const {
   return {ComputeLinkPoses(arm_.arm(), arm_.q()), EndEffectorPose(arm_.arm(), arm_.q())};
 }
 
-Isometry3d World::MeasuredPose() const { return rig_.X_WC() * X_error_; }
+Isometry3d World::MeasuredPose() const {
+  return rig_.X_WC() * X_error_;
+}
 
-CameraPose World::ReadCameraPose() const { return {now_, MeasuredPose()}; }
+CameraPose World::ReadCameraPose() const {
+  return {now_, MeasuredPose()};
+}
 
 void World::Advance(Time now) {
   const Duration step = FromSeconds(scenario_.sim.step);
@@ -116,6 +121,8 @@ GroundTruth World::truth() const {
   return truth;
 }
 
-WorldView World::view() const { return {now_, rig_.X_WC(), Scene()}; }
+WorldView World::view() const {
+  return {now_, rig_.X_WC(), Scene()};
+}
 
 }  // namespace vantage::sim

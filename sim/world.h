@@ -57,7 +57,7 @@ class World {
   Scenario scenario_;
   ArmPlant arm_;
   RigPlant rig_;
-  Eigen::Isometry3d X_error_;   // of the camera's measured pose, in C
+  Eigen::Isometry3d X_error_;  // of the camera's measured pose, in C
   CameraDriver camera_;
   Time now_{};
 };

@@ -1,10 +1,12 @@
 #include "vantage/active/view.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 
 #include "vantage/camera/pinhole.h"
+#include "vantage/features/pixel_feature.h"
 #include "vantage/features/point_feature.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
@@ -19,8 +21,6 @@ using Eigen::Vector3d;
 
 // Rays start this far before a marker's face: a capsule whose skin the face lies on is no obstacle.
 constexpr double kFaceOffset = 1e-3;  // [m]
-// Image points nearer than this have no direction between them [px].
-constexpr double kCoincident = 1e-6;
 
 // A pixel's derivative by the joints.
 using PixelByJoints = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMaxJoints>;
@@ -29,7 +29,7 @@ using RowByJoints = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1,
 // The model's markers in one image.
 struct ImageOfMarkers {
   std::array<bool, kMaxPoints> in_front{};
-  std::array<Vector2d, kMaxPoints> pixel;  // undistorted
+  PixelArray pixel;  // undistorted, from the principal point
   std::array<PixelByJoints, kMaxPoints> J;
 };
 
@@ -40,62 +40,23 @@ double DistanceToAxis(const Vector3d& p, const PlacedCapsule& capsule) noexcept 
   return (p - capsule.p_WA - std::min(1.0, std::max(0.0, t)) * axis).norm();
 }
 
-// Derivative of the angle of the edge i->j. False when its ends coincide in the image.
-bool EdgeAngle(const ImageOfMarkers& image, int i, int j, RowByJoints* row) noexcept {
-  const Vector2d d = image.pixel[j] - image.pixel[i];
-  if (!(d.norm() > kCoincident)) return false;
-  const Vector2d across = Vector2d(-d.y(), d.x()) / d.squaredNorm();
-  *row = across.transpose() * (image.J[j] - image.J[i]);
-  return true;
-}
-
 // Derivative of one feature. False when it has none here.
-bool FeatureRow(const Feature& feature, const ImageOfMarkers& image, RowByJoints* row) noexcept {
-  const std::vector<int>& p = feature.points;
-  for (const int i : p) {
+bool FeatureRow(const Feature& feature, const ImageOfMarkers& image, double focal,
+                RowByJoints* row) noexcept {
+  for (const int i : feature.points) {
     if (!image.in_front[i]) return false;
   }
-  switch (feature.kind) {
-    case FeatureKind::kPointX:
-      *row = image.J[p[0]].row(0);
-      return true;
-    case FeatureKind::kPointY:
-      *row = image.J[p[0]].row(1);
-      return true;
-    case FeatureKind::kDistance: {
-      const Vector2d d = image.pixel[p[1]] - image.pixel[p[0]];
-      if (!(d.norm() > kCoincident)) return false;
-      *row = d.normalized().transpose() * (image.J[p[1]] - image.J[p[0]]);
-      return true;
-    }
-    case FeatureKind::kAngle:
-      return EdgeAngle(image, p[0], p[1], row);
-    case FeatureKind::kEdgeAngle: {
-      RowByJoints from;
-      if (!EdgeAngle(image, p[0], p[1], &from) || !EdgeAngle(image, p[2], p[3], row)) return false;
-      *row -= from;
-      return true;
-    }
-    case FeatureKind::kArea: {
-      row->setZero(image.J[p[0]].cols());
-      const std::size_t count = p.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        const Vector2d side =
-            image.pixel[p[(i + 1) % count]] - image.pixel[p[(i + count - 1) % count]];
-        *row += 0.5 * Vector2d(side.y(), -side.x()).transpose() * image.J[p[i]];
-      }
-      return true;
-    }
-    case FeatureKind::kCentroidX:
-    case FeatureKind::kCentroidY: {
-      const int axis = feature.kind == FeatureKind::kCentroidX ? 0 : 1;
-      row->setZero(image.J[p[0]].cols());
-      for (const int i : p) *row += image.J[i].row(axis);
-      *row /= static_cast<double>(p.size());
-      return true;
-    }
+  if (feature.kind == FeatureKind::kPointX || feature.kind == FeatureKind::kPointY) {
+    *row = image.J[feature.points[0]].row(feature.kind == FeatureKind::kPointX ? 0 : 1);
+    return true;
   }
-  return false;
+  PixelRow by_pixel;
+  if (EvaluatePixels(feature, image.pixel, focal, &by_pixel) != RowStatus::kOk) return false;
+  row->setZero(image.J[feature.points[0]].cols());
+  for (std::size_t i = 0; i < feature.points.size(); ++i) {
+    *row += by_pixel.gradient[i].transpose() * image.J[feature.points[i]];
+  }
+  return true;
 }
 
 }  // namespace
@@ -186,6 +147,7 @@ TaskJacobian CompositeJacobian(const ViewModel& model, const ArmSample& sample,
   assert(sample.markers.size() <= static_cast<std::size_t>(kMaxPoints));
   const Matrix3d R_CW = X_WC.linear().transpose();
   const Eigen::Matrix2d K = CalibrationJacobian(model.camera);
+  const double focal = std::min(model.camera.fx, model.camera.fy);
   ImageOfMarkers image;
   for (std::size_t i = 0; i < sample.markers.size(); ++i) {
     const std::optional<ImagePoint> point =
@@ -204,7 +166,7 @@ TaskJacobian CompositeJacobian(const ViewModel& model, const ArmSample& sample,
   Eigen::Index rows = 0;
   RowByJoints row(n);
   for (const Feature& feature : features) {
-    if (FeatureRow(feature, image, &row)) J.row(rows++) = row;
+    if (FeatureRow(feature, image, focal, &row)) J.row(rows++) = row;
   }
   J.conservativeResize(rows, n);
   return J;

@@ -56,6 +56,59 @@ RigVector OnSphere(const CameraRig& rig, const RigVector& q_c, int i, int count)
   return candidate;
 }
 
+// How far an arm reaches from its first joint at most [m].
+double ReachOf(const CameraRig& rig) {
+  double reach = 0.0;
+  Vector3d last = rig.X_WC_fixed.translation();
+  for (std::size_t i = rig.joints.size(); i-- > 0;) {
+    if (rig.joints[i].prismatic) {
+      reach += std::max(std::abs(rig.axes[i].lower), std::abs(rig.axes[i].upper));
+    } else {
+      reach += (last - rig.joints[i].point_W).norm();
+      last = rig.joints[i].point_W;
+    }
+  }
+  return reach;
+}
+
+// Views from a ball round the aim, as far as the arm reaches them. Each is turned from the present one
+// by the least angle, every other one rolled besides.
+void AddByArm(const CameraRig& rig, const RigVector& q_c, const Vector3d& aim_W, int count,
+              std::vector<RigVector>* candidates) {
+  constexpr double kNearest = 0.35, kFarthest = 1.6;  // [m]
+  constexpr int kArmSteps = 15;  // as exact as a first view needs
+  const Eigen::Isometry3d X_WNow = RigPose(rig, q_c);
+  const Vector3d shoulder_W =
+      rig.joints[0].prismatic ? rig.X_WC_fixed.translation() : rig.joints[0].point_W;
+  const double reach = ReachOf(rig);
+  const std::size_t first = candidates->size() - 1;  // q_c itself is the first
+  std::vector<Vector3d> places{X_WNow.translation()};
+  for (int i = 0; i < count; ++i) {
+    const double z = 1.0 - 2.0 * (i + 0.5) / count;
+    const double phi = kTurn * Fraction(kGolden * i);
+    const double across = std::sqrt(1.0 - z * z);
+    const Vector3d outward(across * std::cos(phi), across * std::sin(phi), z);
+    Eigen::Isometry3d X_WC;
+    X_WC.translation() =
+        aim_W + (kNearest + (kFarthest - kNearest) * Fraction(0.5 + kPlastic * i)) * outward;
+    if ((X_WC.translation() - shoulder_W).norm() > reach) continue;
+    const Eigen::Quaterniond turn =
+        Eigen::Quaterniond::FromTwoVectors(X_WNow.linear().col(2), -outward);
+    const double roll = i % 2 == 0 ? 0.0 : M_PI * (Fraction(kPlastic * i) - 0.5);
+    X_WC.linear() = turn.toRotationMatrix() * X_WNow.linear() *
+                    Eigen::AngleAxisd(roll, Vector3d::UnitZ()).toRotationMatrix();
+    // The search starts from the nearest place that was found before.
+    std::size_t nearest = 0;
+    for (std::size_t k = 1; k < places.size(); ++k) {
+      const double distance = (places[k] - X_WC.translation()).norm();
+      if (distance < (places[nearest] - X_WC.translation()).norm()) nearest = k;
+    }
+    candidates->push_back(
+        NearestRigCoordinates(rig, X_WC, (*candidates)[first + nearest], kArmSteps));
+    places.push_back(RigPose(rig, candidates->back()).translation());
+  }
+}
+
 // Keeps q inside the limits, and locked axes where they stand.
 RigVector Admit(const CameraRig& rig, const RigVector& q, const RigVector& q_c) {
   RigVector admitted = ClampToLimits(rig, q);
@@ -97,11 +150,16 @@ std::vector<RigVector> CandidatePositions(const CameraRig& rig, const RigVector&
   if (!CanMove(rig)) return candidates;
   candidates.reserve(static_cast<std::size_t>(count) + 1);
   candidates.push_back(AimAt(rig, q_c, aim_W));
+  if (rig.kind == RigKind::kArm) {
+    AddByArm(rig, q_c, aim_W, count, &candidates);
+    return candidates;
+  }
   for (int i = 0; i < count; ++i) {
     RigVector candidate = q_c;
     switch (rig.kind) {
       case RigKind::kFixed:
       case RigKind::kPanTilt:
+      case RigKind::kArm:
         return candidates;  // One position, and it is in.
       case RigKind::kSpherical:
         candidate = OnSphere(rig, q_c, i, count);
@@ -188,7 +246,8 @@ std::vector<RigPath> PathsBetween(const CameraRig& rig, const RigVector& from, c
       break;
     }
     case RigKind::kFree:
-      for (int axis = 0; axis < 3; ++axis) {
+    case RigKind::kArm:
+      for (int axis = 0; axis < std::min(3, rig.size()); ++axis) {
         add(axis, 0.4, to);
         add(axis, -0.4, to);
       }

@@ -216,14 +216,14 @@ void WriteCommon(const MapRecipe& recipe, std::ofstream* script) {
 void WriteSurface(const MapRecipe& recipe, const std::string& z_label, std::ofstream* script) {
   *script << "set border 31 linecolor rgb '#707070' linewidth 0.8\n"
              "set tics textcolor rgb '#202020'\n"
-             "set grid x y z vertical linecolor rgb '#dcdcdc' linewidth 0.6\n"
+             "set ztics offset -0.2, 0.25\n"
              "set xyplane relative 0\nset origin 0, 0.09\nset size 1, 0.91\n"
           << "set view 62, " << recipe.view_turn << ", 1.03, 1.25\n"
           << "set xlabel " << Quoted(AxisLabel(recipe.axes[0]))
           << " rotate parallel offset 0,-0.5 font ',13'\n"
           << "set ylabel " << Quoted(AxisLabel(recipe.axes[1]))
           << " rotate parallel offset 0,-0.5 font ',13'\n"
-          << "set zlabel " << Quoted(z_label) << " rotate by 90 offset -1.5,0 font ',13'\n"
+          << "set zlabel " << Quoted(z_label) << " rotate by 90 offset -2.5,0 font ',13'\n"
           << "set pm3d depthorder border linecolor rgb '#202020' linewidth 0.3\n"
              "unset colorbox\n";
   // Measures are not negative: a surface that stands on 0 shows ratios.
@@ -238,7 +238,7 @@ void WriteHeat(const MapRecipe& recipe, const std::string& z_label, std::ofstrea
              "set tmargin screen 0.925\n"
           << "set xlabel " << Quoted(AxisLabel(recipe.axes[0])) << " offset 0,0 font ',13'\n"
           << "set ylabel " << Quoted(AxisLabel(recipe.axes[1])) << " offset 0,0 font ',13'\n"
-          << "set cblabel " << Quoted(z_label) << " font ',13'\n"
+          << "set cblabel " << Quoted(z_label) << " offset 1,0 font ',13'\n"
           << "set pm3d map corners2color mean\nset pm3d noborder\n"
              "set contour base\nset cntrparam levels auto 8\nset cntrlabel onecolor\n";
 }

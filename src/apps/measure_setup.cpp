@@ -178,28 +178,12 @@ MeasureSetup LoadOracleSetup(const std::string& path, const std::string& id) {
 }
 
 std::string NameOf(const Feature& feature) {
-  const auto kind = [&] {
-    switch (feature.kind) {
-      case FeatureKind::kPointX:
-        return "x";
-      case FeatureKind::kPointY:
-        return "y";
-      case FeatureKind::kDistance:
-        return "distance";
-      case FeatureKind::kAngle:
-        return "angle";
-      case FeatureKind::kEdgeAngle:
-        return "edge_angle";
-      case FeatureKind::kArea:
-        return "area";
-      case FeatureKind::kCentroidX:
-        return "centroid_x";
-      case FeatureKind::kCentroidY:
-        return "centroid_y";
-    }
-    return "?";
-  };
-  std::string name = kind();
+  std::string name = NameOf(feature.kind);
+  if (feature.kind == FeatureKind::kPointX) name = "x";
+  if (feature.kind == FeatureKind::kPointY) name = "y";
+  if (feature.order_x + feature.order_y > 0) {
+    name += std::to_string(feature.order_x) + std::to_string(feature.order_y);
+  }
   for (const int point : feature.points) name += "_" + std::to_string(point);
   return name;
 }

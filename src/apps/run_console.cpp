@@ -1,10 +1,10 @@
 #include "run_console.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+
+#include <unistd.h>
 
 namespace vantage {
 namespace {
@@ -27,10 +27,14 @@ std::string Short(double value) {
 
 const char* MeasureName(TriggerMeasure measure) {
   switch (measure) {
-    case TriggerMeasure::kGeometricMean: return "w_c^(1/s)";
-    case TriggerMeasure::kCompositeW: return "w_c";
-    case TriggerMeasure::kSigmaMin: return "sigma_min";
-    case TriggerMeasure::kInverseCondition: return "1/cond";
+    case TriggerMeasure::kGeometricMean:
+      return "w_c^(1/s)";
+    case TriggerMeasure::kCompositeW:
+      return "w_c";
+    case TriggerMeasure::kSigmaMin:
+      return "sigma_min";
+    case TriggerMeasure::kInverseCondition:
+      return "1/cond";
   }
   return "";
 }
@@ -48,7 +52,9 @@ void RunConsole::Line(const std::string& text, bool keep) {
   std::cout << std::flush;
 }
 
-void RunConsole::Note(const std::string& text) { Line(text, true); }
+void RunConsole::Note(const std::string& text) {
+  Line(text, true);
+}
 
 void RunConsole::Begin(const std::string& headline, TriggerMeasure measure) {
   Line(headline, true);
@@ -73,10 +79,9 @@ void RunConsole::Show(const RunSample& sample, const ObservabilityReport& observ
   } else if (sample.trigger_value < sample.threshold) {
     camera += std::string(" (low: ") + Name(observability.cause) + ")";
   }
-  const std::string state =
-      status.reason == HoldReason::kNone
-          ? Name(status.state)
-          : std::string(Name(status.state)) + " " + Name(status.reason);
+  const std::string state = status.reason == HoldReason::kNone
+                                ? Name(status.state)
+                                : std::string(Name(status.state)) + " " + Name(status.reason);
   char buffer[240];
   std::snprintf(buffer, sizeof buffer, "%6.2f  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", sample.t,
                 state.c_str(), Short(sample.error_px).c_str(), Short(sample.w_v).c_str(),
@@ -88,7 +93,8 @@ void RunConsole::Show(const RunSample& sample, const ObservabilityReport& observ
 
 void RunConsole::End(const RunSummary& summary, const std::string& folder) {
   if (open_line_) Line("", true);
-  std::string text = summary.converged ? "converged after " : "NOT converged: " + summary.end + " after ";
+  std::string text =
+      summary.converged ? "converged after " : "NOT converged: " + summary.end + " after ";
   text += Format("%.2f s: error ", summary.duration) + Short(summary.status.error_px) + " px";
   if (summary.true_error_mm) text += ", true error " + Short(*summary.true_error_mm) + " mm";
   text += ", " + std::to_string(summary.camera_moves) + " camera moves";
@@ -107,9 +113,8 @@ void RunConsole::End(const RunSummary& summary, const std::string& folder) {
   }
   Line("loop: " + std::to_string(summary.status.seq) + " periods, " +
            std::to_string(summary.status.deadline_misses) + " late, longest " +
-           Short(summary.status.loop_time_max_us) + " us; " +
-           std::to_string(summary.status.stops) + " stops, " +
-           std::to_string(summary.limit_violations) + " limit violations",
+           Short(summary.status.loop_time_max_us) + " us; " + std::to_string(summary.status.stops) +
+           " stops, " + std::to_string(summary.limit_violations) + " limit violations",
        true);
   if (!folder.empty()) Line("wrote " + folder, true);
 }

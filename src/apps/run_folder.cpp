@@ -23,7 +23,8 @@ RunFolder::RunFolder(const std::string& parent, const std::string& scenario) {
   throw Error("cannot make a run folder in " + parent + ": " + error.message());
 }
 
-std::string RunFolder::Write(const RunSummary& summary, const std::vector<RunSample>& samples) const {
+std::string RunFolder::Write(const RunSummary& summary,
+                             const std::vector<RunSample>& samples) const {
   WriteSamples(samples, File("samples.csv"));
   WriteSummary(summary, File("summary.json"));
   try {

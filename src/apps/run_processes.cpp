@@ -83,15 +83,17 @@ std::string Sibling(const char* program) {
 class Processes {
  public:
   Processes(const ProcessRunOptions& options, const std::string& url, const RunFolder& folder)
-      : logger_(Options({"lcm-logger", "--quiet", "--force", "--lcm-url=" + url, folder.File("events.lcm")},
-                        url, folder, "logger.txt")),
+      : logger_(Options(
+            {"lcm-logger", "--quiet", "--force", "--lcm-url=" + url, folder.File("events.lcm")},
+            url, folder, "logger.txt")),
         sim_(Options(SimArguments(options), url, folder, "sim.txt")),
         servo_(Options(ServoArguments(options), url, folder, "servo.txt")) {}
 
   /// The name of a process that has ended, with how; nullopt while all run.
   [[nodiscard]] std::optional<std::string> Ended() {
     for (ChildProcess* child : {&sim_, &servo_}) {
-      if (const auto status = child->Poll()) return child->name() + " ended with " + status->ToString();
+      if (const auto status = child->Poll())
+        return child->name() + " ended with " + status->ToString();
     }
     return std::nullopt;
   }
@@ -119,8 +121,12 @@ class Processes {
     return arguments;
   }
   static std::vector<std::string> ServoArguments(const ProcessRunOptions& options) {
-    return {Sibling("vantage-servo"), options.scenario, "--camera",
-            options.fixed_camera ? "fixed" : "active", "--priority", std::to_string(options.priority)};
+    return {Sibling("vantage-servo"),
+            options.scenario,
+            "--camera",
+            options.fixed_camera ? "fixed" : "active",
+            "--priority",
+            std::to_string(options.priority)};
   }
 
   ChildProcess logger_, sim_, servo_;

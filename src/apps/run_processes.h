@@ -5,11 +5,11 @@
 namespace vantage {
 
 struct ProcessRunOptions {
-  std::string scenario;            ///< As given by the user: a name or a path.
+  std::string scenario;  ///< As given by the user: a name or a path.
   bool fixed_camera{false};
   std::optional<std::uint64_t> seed;
-  double image_rate{10.0};         ///< Of CAMERA_IMAGE [1/s].
-  int priority{80};                ///< Of the control thread; 0: none.
+  double image_rate{10.0};  ///< Of CAMERA_IMAGE [1/s].
+  int priority{80};         ///< Of the control thread; 0: none.
 };
 
 /// The scenario with real processes on the wall clock: starts vantage-sim, vantage-servo and a logger,

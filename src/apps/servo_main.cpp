@@ -4,11 +4,11 @@
 // fourth one only publishes what the control thread has put into a mailbox, so that no system call of
 // the network lies in the control period.
 
-#include <semaphore.h>
-
 #include <atomic>
 #include <iostream>
 #include <thread>
+
+#include <semaphore.h>
 
 #include "app.h"
 #include "vantage/config/scenario.h"
@@ -76,7 +76,8 @@ class ServoProgram {
     if (!transport_.explanation.empty()) std::cerr << transport_.explanation << '\n';
     link_.Subscribe<JointState>(kJointStateChannel, [this](const auto& v) { joints_.Publish(v); });
     link_.Subscribe<CameraPose>(kCameraPoseChannel, [this](const auto& v) { pose_.Publish(v); });
-    link_.Subscribe<ImageFeatures>(kImageFeaturesChannel, [this](const auto& v) { features_.Publish(v); });
+    link_.Subscribe<ImageFeatures>(kImageFeaturesChannel,
+                                   [this](const auto& v) { features_.Publish(v); });
     link_.Start();
 
     // Threads that do I/O start before the control thread asks for the real-time scheduler.
@@ -107,28 +108,30 @@ class ServoProgram {
     const RealtimeReport granted = EnterRealtime(options);
     if (!granted.complete()) std::cerr << "vantage-servo: " << granted.message << '\n';
 
-    report_ = RunPeriodic(FromSeconds(scenario_.servo.period), done_, [this](const LoopCycle& cycle) {
-      const Time now = Clock::now();
-      if (joints_.Take(&joint_state_)) servo_.Accept(joint_state_, now);
-      if (pose_.Take(&camera_pose_)) servo_.Accept(camera_pose_, now);
-      if (features_.Take(&image_features_)) servo_.Accept(image_features_, now);
-      if (active_.Take(&active_output_)) servo_.Accept(active_output_);
-      if (stop_.stopped()) servo_.SetEnabled(false);
+    report_ =
+        RunPeriodic(FromSeconds(scenario_.servo.period), done_, [this](const LoopCycle& cycle) {
+          const Time now = Clock::now();
+          if (joints_.Take(&joint_state_)) servo_.Accept(joint_state_, now);
+          if (pose_.Take(&camera_pose_)) servo_.Accept(camera_pose_, now);
+          if (features_.Take(&image_features_)) servo_.Accept(image_features_, now);
+          if (active_.Take(&active_output_)) servo_.Accept(active_output_);
+          if (stop_.stopped()) servo_.SetEnabled(false);
 
-      const ServoOutput& output = servo_.Step(now);
-      outbox_value_.command = output.command;
-      outbox_value_.observability = output.observability;
-      outbox_value_.status = output.status;
-      outbox_value_.status.loop_time_us = 1e6 * ToSeconds(cycle.report.last_cycle);
-      outbox_value_.status.loop_time_max_us = 1e6 * ToSeconds(cycle.report.worst_cycle);
-      outbox_value_.status.deadline_misses = cycle.report.deadline_misses;
-      outbox_value_.status.dropped_messages = joints_.dropped() + pose_.dropped() + features_.dropped();
-      outbox_.Publish(outbox_value_);
-      snapshot_.Publish(servo_.snapshot());
-      // Told to stop: leaves when the arm has been commanded to rest.
-      if (stop_.stopped() && output.command.qdot.isZero(0.0)) done_ = true;
-      wake_.Raise();
-    });
+          const ServoOutput& output = servo_.Step(now);
+          outbox_value_.command = output.command;
+          outbox_value_.observability = output.observability;
+          outbox_value_.status = output.status;
+          outbox_value_.status.loop_time_us = 1e6 * ToSeconds(cycle.report.last_cycle);
+          outbox_value_.status.loop_time_max_us = 1e6 * ToSeconds(cycle.report.worst_cycle);
+          outbox_value_.status.deadline_misses = cycle.report.deadline_misses;
+          outbox_value_.status.dropped_messages =
+              joints_.dropped() + pose_.dropped() + features_.dropped();
+          outbox_.Publish(outbox_value_);
+          snapshot_.Publish(servo_.snapshot());
+          // Told to stop: leaves when the arm has been commanded to rest.
+          if (stop_.stopped() && output.command.qdot.isZero(0.0)) done_ = true;
+          wake_.Raise();
+        });
     done_ = true;
     wake_.Raise();
   }
@@ -201,13 +204,18 @@ class ServoProgram {
 
 int main(int argc, char** argv) {
   vantage::Arguments arguments;
-  CLI::App app("Image-based visual servo over LCM, with live observability and an active camera", "vantage-servo");
-  app.add_option("scenario", arguments.scenario, "Built-in scenario or a YAML file")->capture_default_str();
+  CLI::App app("Image-based visual servo over LCM, with live observability and an active camera",
+               "vantage-servo");
+  app.add_option("scenario", arguments.scenario, "Built-in scenario or a YAML file")
+      ->capture_default_str();
   app.add_option("--camera", arguments.camera, "active: moves to better views; fixed: stays")
-      ->check(CLI::IsMember({"active", "fixed"}))->capture_default_str();
+      ->check(CLI::IsMember({"active", "fixed"}))
+      ->capture_default_str();
   app.add_option("--prefix", arguments.prefix, "Before every channel name");
-  app.add_option("--priority", arguments.priority, "SCHED_FIFO priority of the control thread; 0: none")
-      ->check(CLI::Range(0, 99))->capture_default_str();
+  app.add_option("--priority", arguments.priority,
+                 "SCHED_FIFO priority of the control thread; 0: none")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
   app.add_option("--cpus", arguments.cpus, "Cores of the control thread")->delimiter(',');
   return vantage::RunApp(&app, argc, argv, [&] {
     vantage::Scenario scenario = vantage::LoadScenario(arguments.scenario);

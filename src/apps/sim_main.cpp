@@ -106,7 +106,8 @@ int Run(const Arguments& arguments) {
   LatestValue<JointCommand> commands;
   LatestValue<CameraPose> pose_commands;
   link.Subscribe<JointCommand>(kJointCommandChannel, [&](const auto& v) { commands.Publish(v); });
-  link.Subscribe<CameraPose>(kCameraPoseCommandChannel, [&](const auto& v) { pose_commands.Publish(v); });
+  link.Subscribe<CameraPose>(kCameraPoseCommandChannel,
+                             [&](const auto& v) { pose_commands.Publish(v); });
 
   sim::World world(scenario, Clock::now());
   ImagePublisher images(scenario, arguments.image_rate, &link);
@@ -149,11 +150,15 @@ int Run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   vantage::Arguments arguments;
-  CLI::App app("Simulated arm, camera rig and camera, speaking the channels of their drivers", "vantage-sim");
-  app.add_option("scenario", arguments.scenario, "Built-in scenario or a YAML file")->capture_default_str();
+  CLI::App app("Simulated arm, camera rig and camera, speaking the channels of their drivers",
+               "vantage-sim");
+  app.add_option("scenario", arguments.scenario, "Built-in scenario or a YAML file")
+      ->capture_default_str();
   app.add_option("--prefix", arguments.prefix, "Before every channel name");
   app.add_option("--image-rate", arguments.image_rate, "CAMERA_IMAGE messages [1/s]; 0: none")
-      ->check(CLI::Range(0.0, 30.0))->capture_default_str();
-  app.add_option("--seed", arguments.seed, "Seed of every random number, instead of the scenario's");
+      ->check(CLI::Range(0.0, 30.0))
+      ->capture_default_str();
+  app.add_option("--seed", arguments.seed,
+                 "Seed of every random number, instead of the scenario's");
   return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
 }

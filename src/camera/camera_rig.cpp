@@ -5,6 +5,8 @@
 #include <cmath>
 #include <sstream>
 
+#include <Eigen/Cholesky>
+
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -16,6 +18,8 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 constexpr double kTurn = 2.0 * M_PI;
+// What a radian of orientation weighs against a metre where an arm cannot reach both.
+constexpr double kMetresPerRadian = 0.1;
 
 Matrix3d RotX(double angle) noexcept {
   return Eigen::AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix();
@@ -54,6 +58,45 @@ Matrix3d HeadRotation(const HeadAngles& head) noexcept {
   return RotY(head.pan) * RotX(head.tilt) * RotZ(head.roll);
 }
 
+// Motion of everything beyond a joint at q, from where it is at 0.
+Isometry3d JointMotion(const RigJoint& joint, double q) noexcept {
+  Isometry3d X = Isometry3d::Identity();
+  if (joint.prismatic) {
+    X.translation() = q * joint.axis_W;
+  } else {
+    X.linear() = Eigen::AngleAxisd(q, joint.axis_W).toRotationMatrix();
+    X.translation() = joint.point_W - X.linear() * joint.point_W;
+  }
+  return X;
+}
+
+Isometry3d ArmPose(const CameraRig& rig, const RigVector& q_c) noexcept {
+  Isometry3d X = Isometry3d::Identity();
+  for (std::size_t i = 0; i < rig.joints.size(); ++i) {
+    X = X * JointMotion(rig.joints[i], q_c(static_cast<Eigen::Index>(i)));
+  }
+  return X * rig.X_WC_fixed;
+}
+
+// Columns of the joints' axes where the arm is at q_c.
+void FillArmJacobian(const CameraRig& rig, const RigVector& q_c, RigJacobianMatrix* J) noexcept {
+  const Isometry3d X_WC = ArmPose(rig, q_c);
+  const Matrix3d R_CW = X_WC.linear().transpose();
+  Isometry3d X = Isometry3d::Identity();
+  for (std::size_t i = 0; i < rig.joints.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const RigJoint& joint = rig.joints[i];
+    const Vector3d axis_W = X.linear() * joint.axis_W;
+    if (joint.prismatic) {
+      J->col(column).head<3>() = R_CW * axis_W;
+    } else {
+      J->col(column).head<3>() = R_CW * axis_W.cross(X_WC.translation() - X * joint.point_W);
+      J->col(column).tail<3>() = R_CW * axis_W;
+    }
+    X = X * JointMotion(joint, q_c(column));
+  }
+}
+
 // Where the rig puts the camera before its head turns it: B, the head's base.
 Isometry3d BasePose(const CameraRig& rig, const RigVector& q_c) noexcept {
   Isometry3d X_WB = rig.X_WC_fixed;
@@ -70,6 +113,9 @@ Isometry3d BasePose(const CameraRig& rig, const RigVector& q_c) noexcept {
       break;
     case RigKind::kFree:
       X_WB.translation() += q_c.head<3>();
+      break;
+    case RigKind::kArm:
+      X_WB = ArmPose(rig, q_c);
       break;
   }
   return X_WB;
@@ -152,6 +198,56 @@ void NearestHead(const CameraRig& rig, const Matrix3d& R_WC, RigVector* q_c) noe
   (*q_c)(head.roll) = AdmitAngle(rig.axes[head.roll], roll, (*q_c)(head.roll));
 }
 
+// What is left to X_WC, in the camera's axes: distance [m], and turn in decimetres for radians. Minus
+// J^T times it is the exact gradient of half its square, however far it is.
+Twist WeightedError(const CameraRig& rig, const RigVector& q_c, const Isometry3d& X_WC) noexcept {
+  const Isometry3d X_CTarget = RigPose(rig, q_c).inverse() * X_WC;
+  const Eigen::AngleAxisd turn(X_CTarget.linear());
+  Twist error;
+  error << X_CTarget.translation(), kMetresPerRadian * turn.angle() * turn.axis();
+  return error;
+}
+
+// Levenberg-Marquardt with the axes' limits as bounds.
+void NearestOfArm(const CameraRig& rig, const Isometry3d& X_WC, int most_steps,
+                  RigVector* q_c) noexcept {
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRigAxes,
+                               kMaxRigAxes>;
+  for (int i = 0; i < rig.size(); ++i) {
+    (*q_c)(i) = Admit(rig.axes[i], (*q_c)(i), (*q_c)(i));
+  }
+  double damping = 1e-4;
+  Twist error = WeightedError(rig, *q_c, X_WC);
+  for (int step = 0; step < most_steps && error.norm() > 1e-12 && damping < 1e8; ++step) {
+    RigJacobianMatrix J = RigJacobian(rig, *q_c);
+    J.bottomRows<3>() *= kMetresPerRadian;
+    RigVector gradient = J.transpose() * error;
+    for (int i = 0; i < rig.size(); ++i) {
+      const RigAxis& axis = rig.axes[i];
+      const bool outward = ((*q_c)(i) <= axis.lower && gradient(i) < 0.0) ||
+                           ((*q_c)(i) >= axis.upper && gradient(i) > 0.0);
+      if (!IsLocked(axis) && !outward) continue;
+      J.col(i).setZero();
+      gradient(i) = 0.0;
+    }
+    Square H = J.transpose().lazyProduct(J);
+    H.diagonal().array() += damping;
+    RigVector next = *q_c + RigVector(H.llt().solve(gradient));
+    for (int i = 0; i < rig.size(); ++i) next(i) = Admit(rig.axes[i], next(i), (*q_c)(i));
+    const Twist left = WeightedError(rig, next, X_WC);
+    if (left.squaredNorm() < error.squaredNorm()) {
+      *q_c = next;
+      // Out of reach the rest shrinks ever more slowly: enough is enough.
+      const bool creeping = left.norm() > 1e-6 && left.norm() > (1.0 - 1e-7) * error.norm();
+      error = left;
+      if (creeping) break;
+      damping = std::max(1e-9, 0.2 * damping);
+    } else {
+      damping *= 8.0;
+    }
+  }
+}
+
 [[noreturn]] void Refuse(const std::string& key, const std::string& reason) {
   throw ConfigError("", key, reason);
 }
@@ -162,8 +258,9 @@ std::string Text(double value) {
   return text.str();
 }
 
-bool HasAxisCount(RigKind kind, int count) noexcept {
-  switch (kind) {
+bool HasAxisCount(const CameraRig& rig) noexcept {
+  const int count = rig.size();
+  switch (rig.kind) {
     case RigKind::kFixed:
       return count == 0;
     case RigKind::kSpherical:
@@ -174,6 +271,8 @@ bool HasAxisCount(RigKind kind, int count) noexcept {
       return count == 1 || count == 3;
     case RigKind::kFree:
       return count == 6;
+    case RigKind::kArm:
+      return count > 0 && count <= kMaxRigAxes && rig.joints.size() == rig.axes.size();
   }
   return false;
 }
@@ -190,6 +289,8 @@ const char* AxisCountText(RigKind kind) noexcept {
       return "a rail rig has the axis s and perhaps pan, tilt";
     case RigKind::kFree:
       return "a free rig has the axes x, y, z, pan, tilt, roll";
+    case RigKind::kArm:
+      return "a rig on an arm has one axis for each joint, 1 to 16";
   }
   return "unknown kind";
 }
@@ -241,6 +342,8 @@ RigHead HeadOf(const CameraRig& rig) noexcept {
       return rig.size() == 3 ? RigHead{1, 2, -1} : RigHead{};
     case RigKind::kFree:
       return {3, 4, 5};
+    case RigKind::kArm:
+      return {};
   }
   return {};
 }
@@ -280,6 +383,9 @@ RigJacobianMatrix RigJacobian(const CameraRig& rig, const RigVector& q_c) noexce
     case RigKind::kFree:
       J.topLeftCorner<3, 3>() = R_CW;
       break;
+    case RigKind::kArm:
+      FillArmJacobian(rig, q_c, &J);
+      break;
   }
   // The axes the head turns about, in C: Ry(pan) Rx(tilt) Rz(roll) read from the right.
   if (head.pan >= 0) J.col(head.pan).tail<3>() = R_BC.row(1).transpose();
@@ -289,7 +395,7 @@ RigJacobianMatrix RigJacobian(const CameraRig& rig, const RigVector& q_c) noexce
 }
 
 RigVector NearestRigCoordinates(const CameraRig& rig, const Isometry3d& X_WC,
-                                const RigVector& q_c_near) noexcept {
+                                const RigVector& q_c_near, int arm_steps) noexcept {
   assert(q_c_near.size() == rig.size());
   RigVector q_c = q_c_near;
   const Vector3d offset = X_WC.translation() - rig.X_WC_fixed.translation();
@@ -306,6 +412,9 @@ RigVector NearestRigCoordinates(const CameraRig& rig, const Isometry3d& X_WC,
     case RigKind::kFree:
       for (int i = 0; i < 3; ++i) q_c(i) = Admit(rig.axes[i], offset(i), q_c(i));
       break;
+    case RigKind::kArm:
+      NearestOfArm(rig, X_WC, arm_steps, &q_c);
+      return q_c;
   }
   NearestHead(rig, X_WC.linear(), &q_c);
   return q_c;
@@ -326,7 +435,7 @@ RigVector AimAt(const CameraRig& rig, const RigVector& q_c, const Vector3d& p_W)
 }
 
 void Validate(const CameraRig& rig) {
-  if (!HasAxisCount(rig.kind, rig.size())) {
+  if (!HasAxisCount(rig)) {
     Refuse("camera_rig.axes",
            std::string(AxisCountText(rig.kind)) + ", found " + std::to_string(rig.size()));
   }
@@ -350,6 +459,11 @@ void Validate(const CameraRig& rig) {
   if (!IsPose(rig.X_WC_fixed)) Refuse("camera_rig.pose", "is no rigid pose");
   if (rig.kind == RigKind::kRail && !(std::abs(rig.rail_W.norm() - 1.0) < 1e-6)) {
     Refuse("camera_rig.rail", "must be a unit vector, has length " + Text(rig.rail_W.norm()));
+  }
+  for (const RigJoint& joint : rig.joints) {
+    if (!(std::abs(joint.axis_W.norm() - 1.0) < 1e-6) || !joint.point_W.allFinite()) {
+      Refuse("camera_rig.joints", "must have unit axes and finite points");
+    }
   }
 }
 

@@ -1,4 +1,5 @@
 #include <set>
+#include <string>
 
 #include "vantage/config/loaders.h"
 
@@ -7,40 +8,103 @@ namespace {
 
 // A kind as files name it, with the points it takes.
 struct KindForm {
+  std::string name;
   std::vector<FeatureKind> kinds;  // Rows made of it; two for both coordinates at once.
   int min_points;
   int max_points;
   bool each;  // One feature for each point named.
 };
 
-const Section::Names<int> kKindNames{
-    {"point", 0},      {"point_x", 1}, {"point_y", 2},  {"distance", 3},   {"angle", 4},
-    {"edge_angle", 5}, {"area", 6},    {"centroid", 7}, {"centroid_x", 8}, {"centroid_y", 9}};
+KindForm SingleForm(FeatureKind kind) {
+  const std::string name = NameOf(kind);
+  switch (kind) {
+    case FeatureKind::kPointX:
+    case FeatureKind::kPointY:
+      return {name, {kind}, 1, kMaxPoints, true};
+    case FeatureKind::kDistance:
+    case FeatureKind::kAngle:
+    case FeatureKind::kSegmentX:
+    case FeatureKind::kSegmentY:
+    case FeatureKind::kSegmentLength:
+    case FeatureKind::kSegmentAngle:
+    case FeatureKind::kSegmentXNormalised:
+    case FeatureKind::kSegmentYNormalised:
+    case FeatureKind::kSegmentInverseLength:
+      return {name, {kind}, 2, 2, false};
+    case FeatureKind::kEdgeAngle:
+      return {name, {kind}, 4, 4, false};
+    case FeatureKind::kArea:
+      return {name, {kind}, 3, kMaxPoints, false};
+    case FeatureKind::kCentroidX:
+    case FeatureKind::kCentroidY:
+    case FeatureKind::kMomentBasic:
+    case FeatureKind::kMomentX:
+    case FeatureKind::kMomentY:
+      return {name, {kind}, 1, kMaxPoints, false};
+    case FeatureKind::kMomentCentred:
+    case FeatureKind::kMomentArea:
+    case FeatureKind::kMomentAreaNormalised:
+    case FeatureKind::kMomentXNormalised:
+    case FeatureKind::kMomentYNormalised:
+    case FeatureKind::kMomentAlpha:
+      return {name, {kind}, 2, kMaxPoints, false};
+  }
+  return {name, {kind}, 1, kMaxPoints, false};
+}
 
 const std::vector<KindForm>& KindForms() {
-  static const std::vector<KindForm> forms{
-      {{FeatureKind::kPointX, FeatureKind::kPointY}, 1, kMaxPoints, true},
-      {{FeatureKind::kPointX}, 1, kMaxPoints, true},
-      {{FeatureKind::kPointY}, 1, kMaxPoints, true},
-      {{FeatureKind::kDistance}, 2, 2, false},
-      {{FeatureKind::kAngle}, 2, 2, false},
-      {{FeatureKind::kEdgeAngle}, 4, 4, false},
-      {{FeatureKind::kArea}, 3, kMaxPoints, false},
-      {{FeatureKind::kCentroidX, FeatureKind::kCentroidY}, 1, kMaxPoints, false},
-      {{FeatureKind::kCentroidX}, 1, kMaxPoints, false},
-      {{FeatureKind::kCentroidY}, 1, kMaxPoints, false}};
+  static const std::vector<KindForm> forms = [] {
+    std::vector<KindForm> all{
+        {"point", {FeatureKind::kPointX, FeatureKind::kPointY}, 1, kMaxPoints, true},
+        {"centroid", {FeatureKind::kCentroidX, FeatureKind::kCentroidY}, 1, kMaxPoints, false}};
+    for (const FeatureKind kind : AllFeatureKinds()) all.push_back(SingleForm(kind));
+    return all;
+  }();
   return forms;
 }
 
-void AppendRows(const KindForm& form, const std::vector<int>& points,
-                std::vector<Feature>* features) {
-  if (form.each) {
-    for (const int point : points) {
-      for (const FeatureKind kind : form.kinds) features->push_back({kind, {point}});
-    }
-    return;
+Section::Names<int> KindNames() {
+  Section::Names<int> names;
+  for (const KindForm& form : KindForms())
+    names.emplace_back(form.name, static_cast<int>(names.size()));
+  return names;
+}
+
+// What a kind asks for besides its points.
+Feature LoadParameters(const Section& section, FeatureKind kind) {
+  Feature feature;
+  feature.kind = kind;
+  if (kind == FeatureKind::kMomentBasic || kind == FeatureKind::kMomentCentred) {
+    feature.order_x = static_cast<int>(section.Integer("order_x", 0, 3, kRequired, "Order in u."));
+    feature.order_y = static_cast<int>(section.Integer("order_y", 0, 3, kRequired, "Order in v."));
   }
-  for (const FeatureKind kind : form.kinds) features->push_back({kind, points});
+  if (kind == FeatureKind::kMomentAreaNormalised || kind == FeatureKind::kMomentXNormalised ||
+      kind == FeatureKind::kMomentYNormalised) {
+    feature.desired_area = section.Number("desired_area", {1e-6, 1e12, "px^2"}, kRequired,
+                                          "Area at the desired depth.");
+    feature.desired_depth =
+        section.Number("desired_depth", {1e-3, 1e4, "m"}, kRequired, "Depth of the goal.");
+  }
+  return feature;
+}
+
+void AppendRows(const KindForm& form, const Section& section, const std::vector<int>& points,
+                std::vector<Feature>* features) {
+  for (const FeatureKind kind : form.kinds) {
+    const Feature parameters = LoadParameters(section, kind);
+    if (!form.each) {
+      features->push_back(parameters);
+      features->back().points = points;
+    }
+  }
+  if (!form.each) return;
+  for (const int point : points) {
+    for (const FeatureKind kind : form.kinds) {
+      features->push_back({});
+      features->back().kind = kind;
+      features->back().points = {point};
+    }
+  }
 }
 
 }  // namespace
@@ -51,12 +115,11 @@ std::vector<Feature> LoadFeatures(const Section& parent, const std::string& key,
   std::vector<Feature> features;
   if (parent.FormOf(key) == Section::Form::kScalar) {
     (void)parent.Choice<int>(key, {{"all_points", 0}}, kRequired, help);
-    for (int i = 0; i < num_points; ++i) AppendRows(KindForms()[0], {i}, &features);
-    return features;
+    return FeatureSet::AllPoints(num_points).features();
   }
   for (const Section& section : parent.Children(key, 1, kMaxRows, help)) {
     const KindForm& form = KindForms()[section.Choice<int>(
-        "kind", kKindNames, kRequired,
+        "kind", KindNames(), kRequired,
         "What is measured of the points; point, point_x and point_y give rows for each of them.")];
     const std::vector<std::int64_t> indices =
         section.Integers("points", 0, num_points - 1, form.min_points, form.max_points,
@@ -66,7 +129,7 @@ std::vector<Feature> LoadFeatures(const Section& parent, const std::string& key,
         form.kinds[0] != FeatureKind::kEdgeAngle) {
       section.Fail("points", "must not name a point twice");
     }
-    AppendRows(form, points, &features);
+    AppendRows(form, section, points, &features);
   }
   if (features.size() > static_cast<std::size_t>(kMaxRows)) {
     parent.Fail(key, "must give at most " + std::to_string(kMaxRows) + " rows, give " +

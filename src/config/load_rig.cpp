@@ -114,6 +114,34 @@ void LoadFree(const Section& section, RigSetup* setup) {
            setup);
 }
 
+// An arm that carries the camera: joint 0 is nearest to its base.
+void LoadCarrier(const Section& section, RigSetup* setup) {
+  std::vector<std::string> names;
+  for (const Section& joint :
+       section.Children("joints", 1, kMaxRigAxes,
+                        "The carrying arm's joints, base first, where all stand at 0.")) {
+    names.push_back(joint.Text("name", kRequired, "Of the joint, and of its entry in axes."));
+    RigJoint form;
+    form.prismatic = joint.Flag("prismatic", false, "Whether it slides along its axis.");
+    const Eigen::Vector3d axis = joint.Vector3("axis", {-1000.0, 1000.0, ""}, kRequired,
+                                               "Direction in the world; need not have length 1.");
+    if (!(axis.norm() > 1e-3)) joint.Fail("axis", "must not be zero");
+    form.axis_W = axis.normalized();
+    form.point_W = joint.Vector3(
+        "point", {-1000.0, 1000.0, "m"},
+        form.prismatic ? std::optional<Eigen::Vector3d>(Eigen::Vector3d::Zero()) : std::nullopt,
+        "A point on the axis, in the world; needed where it turns.");
+    setup->rig.joints.push_back(form);
+  }
+  std::vector<AxisForm> forms;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool turns = !setup->rig.joints[i].prismatic;
+    const double reach = turns ? 3600.0 : 1000.0;
+    forms.push_back({names[i].c_str(), turns, -reach, reach, "Joint of the carrying arm."});
+  }
+  LoadAxes(section, forms, setup);
+}
+
 }  // namespace
 
 RigSetup LoadRig(const Section& section) {
@@ -124,12 +152,15 @@ RigSetup LoadRig(const Section& section) {
        {"spherical", RigKind::kSpherical},
        {"pan_tilt", RigKind::kPanTilt},
        {"rail", RigKind::kRail},
-       {"free", RigKind::kFree}},
+       {"free", RigKind::kFree},
+       {"arm", RigKind::kArm}},
       kRequired,
       "fixed: the camera stands still; spherical (axes R, theta, phi, roll, or these with pan and "
       "tilt): it moves on a sphere about a target; pan_tilt (pan, tilt): it turns in place; rail "
       "(s, "
-      "or these with pan and tilt): it moves along a line; free (x, y, z, pan, tilt, roll).");
+      "or these with pan and tilt): it moves along a line; free (x, y, z, pan, tilt, roll); arm "
+      "(its joints): "
+      "carried by an arm of its own.");
   if (setup.rig.kind != RigKind::kSpherical) {
     setup.rig.X_WC_fixed = LoadCameraPose(
         section, "pose", "The camera's optical frame in the world, with all axes at zero.");
@@ -148,6 +179,9 @@ RigSetup LoadRig(const Section& section) {
       break;
     case RigKind::kFree:
       LoadFree(section, &setup);
+      break;
+    case RigKind::kArm:
+      LoadCarrier(section, &setup);
       break;
   }
   setup.rig.max_linear_speed =

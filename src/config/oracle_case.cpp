@@ -321,8 +321,7 @@ PointViews ViewPoints(const std::vector<OraclePoint>& points, const Eigen::Isome
   const Eigen::Isometry3d X_CW = X_WC.inverse();
   for (const OraclePoint& point : points) {
     const Eigen::Vector3d p_WP = point.on_body ? Eigen::Vector3d(X_WE * point.p) : point.p;
-    const std::optional<ImagePoint> image = Project(X_CW * p_WP);
-    views.push_back({image.value_or(ImagePoint{}), image.has_value(), point.on_body});
+    views.push_back(ViewOf(X_CW * p_WP, point.on_body));
   }
   return views;
 }

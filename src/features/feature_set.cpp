@@ -3,8 +3,14 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
+#include <Eigen/QR>
+
+#include "feature_forms.h"
+#include "vantage/features/pixel_feature.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 #include "visp_interaction.h"
@@ -14,10 +20,6 @@ namespace {
 
 using Eigen::Vector2d;
 using PointMatrix = Eigen::Matrix<double, 2, 6>;
-
-// Image points nearer than this have no direction between them (normalised units): a tenth of a
-// millionth of a pixel for any usual lens, far below what a detector resolves.
-constexpr double kCoincident = 1e-9;
 
 struct PointCount {
   std::size_t least, most;
@@ -31,6 +33,13 @@ PointCount PointsOf(FeatureKind kind) noexcept {
       return {1, 1};
     case FeatureKind::kDistance:
     case FeatureKind::kAngle:
+    case FeatureKind::kSegmentX:
+    case FeatureKind::kSegmentY:
+    case FeatureKind::kSegmentLength:
+    case FeatureKind::kSegmentAngle:
+    case FeatureKind::kSegmentXNormalised:
+    case FeatureKind::kSegmentYNormalised:
+    case FeatureKind::kSegmentInverseLength:
       return {2, 2};
     case FeatureKind::kEdgeAngle:
       return {4, 4};
@@ -38,7 +47,17 @@ PointCount PointsOf(FeatureKind kind) noexcept {
       return {3, kAny};
     case FeatureKind::kCentroidX:
     case FeatureKind::kCentroidY:
+    case FeatureKind::kMomentBasic:
+    case FeatureKind::kMomentX:
+    case FeatureKind::kMomentY:
       return {1, kAny};
+    case FeatureKind::kMomentCentred:
+    case FeatureKind::kMomentArea:
+    case FeatureKind::kMomentAreaNormalised:
+    case FeatureKind::kMomentXNormalised:
+    case FeatureKind::kMomentYNormalised:
+    case FeatureKind::kMomentAlpha:
+      return {2, kAny};
   }
   return {1, 0};  // not a kind: no number of points fits
 }
@@ -51,6 +70,25 @@ void CheckEdge(std::size_t row, int i, int j) {
   if (i == j) {
     throw ConfigError("", Key(row),
                       "needs two different points, has " + std::to_string(i) + " twice");
+  }
+}
+
+void CheckMoment(std::size_t row, const Feature& feature) {
+  const bool centred = feature.kind == FeatureKind::kMomentCentred;
+  if (centred || feature.kind == FeatureKind::kMomentBasic) {
+    const int p = feature.order_x;
+    const int q = feature.order_y;
+    const int least = centred ? 2 : 1;
+    if (p < 0 || q < 0 || p + q < least || p + q > kMaxMomentOrder) {
+      throw ConfigError("", Key(row),
+                        "orders must be >= 0 and add up to " + std::to_string(least) + " to " +
+                            std::to_string(kMaxMomentOrder) + ", are " + std::to_string(p) +
+                            " and " + std::to_string(q));
+    }
+  }
+  if (!(feature.desired_area > 0.0) || !std::isfinite(feature.desired_area) ||
+      !(feature.desired_depth > 0.0) || !std::isfinite(feature.desired_depth)) {
+    throw ConfigError("", Key(row), "desired area and depth must be > 0 and finite");
   }
 }
 
@@ -71,44 +109,81 @@ void CheckFeature(std::size_t row, const Feature& feature, int num_points) {
     }
   }
   const std::vector<int>& p = feature.points;
-  if (feature.kind == FeatureKind::kDistance || feature.kind == FeatureKind::kAngle) {
+  if (IsPair(feature.kind)) {
     CheckEdge(row, p[0], p[1]);
   } else if (feature.kind == FeatureKind::kEdgeAngle) {
     CheckEdge(row, p[0], p[1]);
     CheckEdge(row, p[2], p[3]);
   }
+  if (IsMoment(feature.kind)) CheckMoment(row, feature);
 }
 
-bool Usable(const PointView& point) noexcept {
-  return point.visible && point.image.n.allFinite() && std::isfinite(point.image.depth) &&
-         point.image.depth >= kMinDepth;
+RowStatus StatusOf(const PointView& point) noexcept {
+  if (!point.image.n.allFinite() || !std::isfinite(point.image.depth)) return RowStatus::kNotFinite;
+  if (point.image.depth < kMinDepth) return RowStatus::kBehindCamera;
+  return point.visible ? RowStatus::kOk : RowStatus::kNotSeen;
 }
+
+// μ_pq or m_pq of pixels from those of normalised coordinates, (u, v) = K (x, y) with K upper
+// triangular: a polynomial of the same order.
+Twist PixelMoment(const Eigen::Matrix2d& K, int p, int q,
+                  const MomentInteraction::Row (&L)[kMaxMomentOrder + 1][kMaxMomentOrder + 1]) {
+  Twist sum = Twist::Zero();
+  double binomial = 1.0;
+  for (int i = p; i >= 0; --i) {  // (K00 x + K01 y)^p term by term
+    const double factor = binomial * std::pow(K(0, 0), i) * std::pow(K(0, 1), p - i);
+    if (factor != 0.0) sum += factor * std::pow(K(1, 1), q) * L[i][p + q - i].transpose();
+    binomial *= static_cast<double>(i) / (p - i + 1);
+  }
+  return sum;
+}
+
+// One row: its value, and its derivative by the chain rule over the points.
+struct Row {
+  double value{0.0};
+  Twist L{Twist::Zero()};       // of all its points
+  Twist L_body{Twist::Zero()};  // of those on the end effector
+};
 
 // The image points of one call: pixels of all, interaction matrices of those that rows need.
 class Points {
  public:
   Points(const CameraModel& camera, const PointViews& views)
-      : views_(views), K_(CalibrationJacobian(camera)), centre_(camera.u0, camera.v0) {
-    for (std::size_t i = 0; i < views.size(); ++i) usable_[i] = Usable(views[i]);
+      : camera_(camera), views_(views), K_(CalibrationJacobian(camera)) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      status_[i] = StatusOf(views[i]);
+      // From the principal point: differences lose no digits to it.
+      if (status_[i] == RowStatus::kOk) pixels_[i] = K_ * views[i].image.n;
+    }
   }
 
-  [[nodiscard]] bool AllUsable(const std::vector<int>& points) const noexcept {
-    return std::all_of(points.begin(), points.end(), [&](int i) { return usable_[i]; });
+  RowStatus Evaluate(const Feature& feature, Row* row) {
+    for (const int i : feature.points) {
+      if (status_[i] != RowStatus::kOk) return status_[i];
+    }
+    PixelRow pixel_row;
+    const RowStatus status =
+        EvaluatePixels(feature, pixels_, std::min(camera_.fx, camera_.fy), &pixel_row);
+    if (status != RowStatus::kOk) return status;
+    row->value = pixel_row.value + PrincipalPointShare(feature, camera_);
+    if (IsSegment(feature.kind) && OnOneBody(feature)) {
+      TakeFromOneBody(feature, SegmentRow(feature), row);
+    } else if (IsMoment(feature.kind) && OnOneBody(feature) && KnowMoments(feature.points)) {
+      TakeFromOneBody(feature, MomentRow(feature), row);
+    } else {
+      for (std::size_t i = 0; i < feature.points.size(); ++i) {
+        const int point = feature.points[i];
+        const Twist share = Interaction(point).transpose() * pixel_row.gradient[i];
+        row->L += share;
+        if (views_[point].on_body) row->L_body += share;
+      }
+    }
+    return RowStatus::kOk;
   }
 
-  [[nodiscard]] bool Coincide(int i, int j) const noexcept {
-    return (views_[i].image.n - views_[j].image.n).norm() <= kCoincident;
-  }
-
-  /// Undistorted pixel of point i, from the principal point [px]: differences lose no digits to it.
-  [[nodiscard]] Vector2d FromCentre(int i) const noexcept { return K_ * views_[i].image.n; }
-
-  [[nodiscard]] Vector2d Pixel(int i) const noexcept { return FromCentre(i) + centre_; }
-
-  [[nodiscard]] bool on_body(int i) const noexcept { return views_[i].on_body; }
-
+ private:
   /// 2×6 interaction matrix of the pixel of point i. Asks ViSP once a point.
-  [[nodiscard]] const PointMatrix& Interaction(int i) {
+  const PointMatrix& Interaction(int i) {
     if (!known_[i]) {
       L_[i] = K_ * VispPointInteraction(views_[i].image);
       known_[i] = true;
@@ -116,109 +191,100 @@ class Points {
     return L_[i];
   }
 
- private:
+  [[nodiscard]] bool OnOneBody(const Feature& feature) const noexcept {
+    const bool first = views_[feature.points[0]].on_body;
+    return std::all_of(feature.points.begin(), feature.points.end(),
+                       [&](int i) { return views_[i].on_body == first; });
+  }
+
+  void TakeFromOneBody(const Feature& feature, const Twist& L, Row* row) const noexcept {
+    row->L = L;
+    if (views_[feature.points[0]].on_body) row->L_body = L;
+  }
+
+  [[nodiscard]] Twist SegmentRow(const Feature& feature) const {
+    const int i = feature.points[0];
+    const int j = feature.points[1];
+    const Eigen::Matrix<double, 4, 6> L =
+        VispSegmentInteraction(views_[i].image, views_[j].image);  // (x_c, y_c, l, alpha)
+    const Vector2d edge = views_[j].image.n - views_[i].image.n;
+    const Vector2d along = edge.normalized();
+    Eigen::Matrix2d by_polar;  // ∂edge/∂(l, alpha)
+    by_polar << along.x(), -edge.y(), along.y(), edge.x();
+    const PairJet form =
+        PairForm(feature.kind, pixels_[j] - pixels_[i], 0.5 * (pixels_[i] + pixels_[j]));
+    return (K_ * by_polar * L.bottomRows<2>()).transpose() * form.g.head<2>() +
+           (K_ * L.topRows<2>()).transpose() * form.g.tail<2>();
+  }
+
+  // Asks ViSP for the moments of these points. False where they are not in one plane.
+  bool KnowMoments(const std::vector<int>& points) {
+    if (moments_of_ != nullptr && *moments_of_ == points) return true;
+    const auto count = static_cast<Eigen::Index>(points.size());
+    Eigen::MatrixX3d coordinates(count, 3);
+    Eigen::VectorXd inverse_depth(count);
+    std::vector<Vector2d> n;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const ImagePoint& image = views_[points[k]].image;
+      coordinates.row(k) << image.n.x(), image.n.y(), 1.0;
+      inverse_depth(k) = 1.0 / image.depth;
+      n.push_back(image.n);
+    }
+    const Eigen::Vector3d plane =
+        coordinates.completeOrthogonalDecomposition().solve(inverse_depth);
+    const double off = (coordinates * plane - inverse_depth).cwiseAbs().maxCoeff();
+    if (!(off <= kCoplanar * inverse_depth.maxCoeff())) return false;
+    moments_ = VispMomentInteraction(n, {plane(0), plane(1), plane(2)});
+    moments_of_ = &points;
+    return true;
+  }
+
+  [[nodiscard]] Twist MomentRow(const Feature& feature) const {
+    const int p = feature.order_x;
+    const int q = feature.order_y;
+    if (feature.kind == FeatureKind::kMomentBasic) return PixelMoment(K_, p, q, moments_.basic);
+    if (feature.kind == FeatureKind::kMomentCentred) return PixelMoment(K_, p, q, moments_.centred);
+    Eigen::Matrix<double, 5, 6> L;
+    L.topRows<2>() = K_ * moments_.centre;
+    L.row(2) = PixelMoment(K_, 2, 0, moments_.centred).transpose();
+    L.row(3) = PixelMoment(K_, 1, 1, moments_.centred).transpose();
+    L.row(4) = PixelMoment(K_, 0, 2, moments_.centred).transpose();
+    return L.transpose() * MomentForm(feature, MomentsOf(feature.points, pixels_)).g;
+  }
+
+  // Points whose inverse depths are further than this from a plane's are not in it (relative).
+  static constexpr double kCoplanar = 1e-12;
+
+  const CameraModel& camera_;
   const PointViews& views_;
   const Eigen::Matrix2d K_;
-  const Vector2d centre_;
-  std::array<bool, kMaxPoints> usable_{};
+  std::array<RowStatus, kMaxPoints> status_;
+  PixelArray pixels_;
   std::array<bool, kMaxPoints> known_{};
   std::array<PointMatrix, kMaxPoints> L_;
+  const std::vector<int>* moments_of_{nullptr};
+  MomentInteraction moments_;
 };
 
-// One row: its value, and its derivative by the chain rule over the points.
-struct Row {
-  double value{0.0};
-  Twist L{Twist::Zero()};       // of all its points
-  Twist L_body{Twist::Zero()};  // of those on the end effector
-
-  // Adds the share of point i, whose pixel the value depends on with the given gradient.
-  void Add(Points* points, int i, const Vector2d& gradient) {
-    const Twist share = points->Interaction(i).transpose() * gradient;
-    L += share;
-    if (points->on_body(i)) L_body += share;
-  }
-};
-
-// Adds ±∂angle/∂pixel of the line i->j.
-void AddLineAngle(Points* points, int i, int j, double sign, Row* row) {
-  const Vector2d d = points->FromCentre(j) - points->FromCentre(i);
-  const Vector2d g = sign / d.squaredNorm() * Vector2d(-d.y(), d.x());
-  row->Add(points, j, g);
-  row->Add(points, i, -g);
-}
-
-// False when the value has no derivative here.
-bool EvaluateRow(const Feature& feature, Points* points, Row* row) {
-  const std::vector<int>& p = feature.points;
-  switch (feature.kind) {
-    case FeatureKind::kPointX:
-    case FeatureKind::kPointY: {
-      const int axis = feature.kind == FeatureKind::kPointX ? 0 : 1;
-      row->value = points->Pixel(p[0])(axis);
-      row->Add(points, p[0], Vector2d::Unit(axis));
-      return true;
-    }
-    case FeatureKind::kDistance: {
-      if (points->Coincide(p[0], p[1])) return false;
-      const Vector2d d = points->FromCentre(p[1]) - points->FromCentre(p[0]);
-      row->value = d.norm();
-      const Vector2d g = d / row->value;
-      row->Add(points, p[1], g);
-      row->Add(points, p[0], -g);
-      return true;
-    }
-    case FeatureKind::kAngle: {
-      if (points->Coincide(p[0], p[1])) return false;
-      const Vector2d d = points->FromCentre(p[1]) - points->FromCentre(p[0]);
-      row->value = std::atan2(d.y(), d.x());
-      AddLineAngle(points, p[0], p[1], 1.0, row);
-      return true;
-    }
-    case FeatureKind::kEdgeAngle: {
-      if (points->Coincide(p[0], p[1]) || points->Coincide(p[2], p[3])) return false;
-      const Vector2d a = points->FromCentre(p[1]) - points->FromCentre(p[0]);
-      const Vector2d b = points->FromCentre(p[3]) - points->FromCentre(p[2]);
-      row->value = std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
-      AddLineAngle(points, p[0], p[1], -1.0, row);
-      AddLineAngle(points, p[2], p[3], 1.0, row);
-      return true;
-    }
-    case FeatureKind::kArea: {
-      // Relative to the first corner: the products of far-off pixels would cancel.
-      const std::size_t count = p.size();
-      const Vector2d origin = points->FromCentre(p[0]);
-      for (std::size_t i = 0; i < count; ++i) {
-        const Vector2d previous = points->FromCentre(p[(i + count - 1) % count]) - origin;
-        const Vector2d here = points->FromCentre(p[i]) - origin;
-        const Vector2d next = points->FromCentre(p[(i + 1) % count]) - origin;
-        row->value += 0.5 * (here.x() * next.y() - next.x() * here.y());
-        row->Add(points, p[i], 0.5 * Vector2d(next.y() - previous.y(), previous.x() - next.x()));
-      }
-      return true;
-    }
-    case FeatureKind::kCentroidX:
-    case FeatureKind::kCentroidY: {
-      const int axis = feature.kind == FeatureKind::kCentroidX ? 0 : 1;
-      const double share = 1.0 / static_cast<double>(p.size());
-      for (const int i : p) {
-        row->value += share * points->Pixel(i)(axis);
-        row->Add(points, i, share * Vector2d::Unit(axis));
-      }
-      return true;
-    }
-  }
-  return false;
-}
-
-bool IsAngle(FeatureKind kind) noexcept {
-  return kind == FeatureKind::kAngle || kind == FeatureKind::kEdgeAngle;
-}
-
-// Into (-π, π].
-double Wrap(double angle) noexcept {
+// Angle after which the feature is the same again; 0 for what is not an angle.
+double PeriodOf(FeatureKind kind) noexcept {
   constexpr double kPi = 3.14159265358979323846;
-  const double wrapped = std::remainder(angle, 2.0 * kPi);
-  return wrapped <= -kPi ? kPi : wrapped;
+  switch (kind) {
+    case FeatureKind::kAngle:
+    case FeatureKind::kEdgeAngle:
+    case FeatureKind::kSegmentAngle:
+      return 2.0 * kPi;
+    case FeatureKind::kMomentAlpha:
+      return kPi;
+    default:
+      return 0.0;
+  }
+}
+
+// Into (-period/2, period/2].
+double Wrap(double angle, double period) noexcept {
+  const double wrapped = std::remainder(angle, period);
+  return wrapped <= -0.5 * period ? 0.5 * period : wrapped;
 }
 
 // Twist of the camera, in its own axes, that the points would see as the motion V_WE_W of a body: the
@@ -234,6 +300,88 @@ Matrix6d CameraOnBody(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_WE
 }
 
 }  // namespace
+
+const char* NameOf(FeatureKind kind) noexcept {
+  switch (kind) {
+    case FeatureKind::kPointX:
+      return "point_x";
+    case FeatureKind::kPointY:
+      return "point_y";
+    case FeatureKind::kDistance:
+      return "distance";
+    case FeatureKind::kAngle:
+      return "angle";
+    case FeatureKind::kEdgeAngle:
+      return "edge_angle";
+    case FeatureKind::kArea:
+      return "area";
+    case FeatureKind::kCentroidX:
+      return "centroid_x";
+    case FeatureKind::kCentroidY:
+      return "centroid_y";
+    case FeatureKind::kSegmentX:
+      return "segment_x";
+    case FeatureKind::kSegmentY:
+      return "segment_y";
+    case FeatureKind::kSegmentLength:
+      return "segment_length";
+    case FeatureKind::kSegmentAngle:
+      return "segment_angle";
+    case FeatureKind::kSegmentXNormalised:
+      return "segment_x_normalised";
+    case FeatureKind::kSegmentYNormalised:
+      return "segment_y_normalised";
+    case FeatureKind::kSegmentInverseLength:
+      return "segment_inverse_length";
+    case FeatureKind::kMomentBasic:
+      return "moment_basic";
+    case FeatureKind::kMomentCentred:
+      return "moment_centred";
+    case FeatureKind::kMomentX:
+      return "moment_x";
+    case FeatureKind::kMomentY:
+      return "moment_y";
+    case FeatureKind::kMomentArea:
+      return "moment_area";
+    case FeatureKind::kMomentAreaNormalised:
+      return "moment_area_normalised";
+    case FeatureKind::kMomentXNormalised:
+      return "moment_x_normalised";
+    case FeatureKind::kMomentYNormalised:
+      return "moment_y_normalised";
+    case FeatureKind::kMomentAlpha:
+      return "moment_alpha";
+  }
+  return "";
+}
+
+const std::vector<FeatureKind>& AllFeatureKinds() {
+  static const std::vector<FeatureKind> kinds = [] {
+    std::vector<FeatureKind> all;
+    for (int i = 0; i <= static_cast<int>(FeatureKind::kMomentAlpha); ++i) {
+      all.push_back(static_cast<FeatureKind>(i));
+    }
+    return all;
+  }();
+  return kinds;
+}
+
+CameraModel InUnits(const CameraModel& camera, ImageUnits units, double focal_length) noexcept {
+  if (units == ImageUnits::kPixels) return camera;
+  CameraModel result = camera;
+  result.fx = result.fy = units == ImageUnits::kNormalised ? 1.0 : focal_length;
+  result.u0 = result.v0 = result.skew = 0.0;
+  result.distortion = Distortion{};
+  return result;
+}
+
+PointView ViewOf(const Eigen::Vector3d& p_CP, bool on_body) noexcept {
+  if (const std::optional<ImagePoint> image = Project(p_CP)) return {*image, true, on_body};
+  PointView view;
+  view.image.depth = p_CP.allFinite() ? p_CP.z() : std::numeric_limits<double>::quiet_NaN();
+  view.on_body = on_body;
+  return view;
+}
 
 FeatureSet::FeatureSet(std::vector<Feature> features, int num_points)
     : features_(std::move(features)), num_points_(num_points) {
@@ -267,10 +415,12 @@ void FeatureSet::Evaluate(const CameraModel& camera, const PointViews& points,
   rows->s.resize(most);
   rows->L.resize(most, 6);
   rows->L_body.resize(most, 6);
+  rows->status.fill(RowStatus::kNotSeen);
   Eigen::Index count = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
     Row row;
-    if (!image.AllUsable(features_[i].points) || !EvaluateRow(features_[i], &image, &row)) continue;
+    rows->status[i] = image.Evaluate(features_[i], &row);
+    if (rows->status[i] != RowStatus::kOk) continue;
     rows->s(count) = row.value;
     rows->L.row(count) = row.L;
     rows->L_body.row(count) = row.L_body;
@@ -301,7 +451,8 @@ FeatureVector FeatureError(const FeatureSet& set, const FeatureRows& current,
   FeatureVector error = current.s - goal.s;
   for (int i = 0; i < current.size(); ++i) {
     assert(current.feature[i] == goal.feature[i]);
-    if (IsAngle(set.features()[current.feature[i]].kind)) error(i) = Wrap(error(i));
+    const double period = PeriodOf(set.features()[current.feature[i]].kind);
+    if (period > 0.0) error(i) = Wrap(error(i), period);
   }
   return error;
 }

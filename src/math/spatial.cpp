@@ -16,7 +16,8 @@ Matrix3d LeftJacobian(const Vector3d& theta) noexcept {
   const double half = std::sin(0.5 * t);
   // The series' next terms are below 1e-16 where they take over.
   const double b = t < 1e-4 ? 0.5 - t2 / 24.0 : 2.0 * half * half / t2;
-  const double c = t < 1e-2 ? (1.0 / 6.0) - t2 / 120.0 + t2 * t2 / 5040.0 : (t - std::sin(t)) / (t2 * t);
+  const double c =
+      t < 1e-2 ? (1.0 / 6.0) - t2 / 120.0 + t2 * t2 / 5040.0 : (t - std::sin(t)) / (t2 * t);
   const Matrix3d S = Skew(theta);
   return Matrix3d::Identity() + b * S + c * S * S;
 }

@@ -99,6 +99,9 @@ class LcmLink::Impl {
     tcp_ = ParseTcpUrl(options.url);
   }
 
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
   ~Impl() {
     {
       const std::lock_guard<std::mutex> lock(stop_mutex_);

@@ -109,6 +109,9 @@ class TcpHub::Server {
     thread_ = std::thread([this] { Run(); });
   }
 
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
   ~Server() {
     stop_.store(true);
     const std::uint64_t one = 1;

@@ -16,7 +16,7 @@ namespace vantage {
 namespace {
 
 // More than any hub passes on; a length beyond it is garbage.
-constexpr std::size_t kMaxData = 64 * 1024 * 1024;
+constexpr std::size_t kMaxData = std::size_t{64} << 20;
 constexpr Duration kSendTimeout = std::chrono::milliseconds(100);
 
 bool SendAll(int fd, iovec* pieces, std::size_t count, Time deadline) {

@@ -14,7 +14,8 @@ void RunGnuplot(const std::string& script_path) {
   const std::filesystem::path log = script.string() + ".log";
   ChildOptions options;
   // gnuplot resolves names against its own working directory; the script's folder is what is meant.
-  options.arguments = {"gnuplot", "-e", "cd '" + script.parent_path().string() + "'", script.string()};
+  options.arguments = {"gnuplot", "-e", "cd '" + script.parent_path().string() + "'",
+                       script.string()};
   options.output = log.string();
   ChildProcess child(options);
   const auto status = child.WaitFor(std::chrono::seconds(60));

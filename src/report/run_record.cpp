@@ -32,10 +32,14 @@ nlohmann::ordered_json Number(double value) {
 
 const char* MeasureUnit(TriggerMeasure measure) {
   switch (measure) {
-    case TriggerMeasure::kGeometricMean: return "w_c^{1/s} [px/rad]";
-    case TriggerMeasure::kCompositeW: return "w_c";
-    case TriggerMeasure::kSigmaMin: return "{/Symbol s}_{min} [px/rad]";
-    case TriggerMeasure::kInverseCondition: return "1 / condition";
+    case TriggerMeasure::kGeometricMean:
+      return "w_c^{1/s} [px/rad]";
+    case TriggerMeasure::kCompositeW:
+      return "w_c";
+    case TriggerMeasure::kSigmaMin:
+      return "{/Symbol s}_{min} [px/rad]";
+    case TriggerMeasure::kInverseCondition:
+      return "1 / condition";
   }
   return "";
 }
@@ -58,7 +62,8 @@ void WriteBands(const std::vector<RunSample>& samples, std::ofstream* script) {
 
 }  // namespace
 
-RunSample MakeSample(double t, const ServoStatus& status, const ObservabilityReport& observability) {
+RunSample MakeSample(double t, const ServoStatus& status,
+                     const ObservabilityReport& observability) {
   RunSample sample;
   sample.t = t;
   sample.state = status.state;
@@ -81,9 +86,9 @@ void WriteSamples(const std::vector<RunSample>& samples, const std::string& path
           "hidden motion [mm/px],camera moving,true error [mm]\n"
        << std::setprecision(9);
   for (const RunSample& s : samples) {
-    file << s.t << ',' << Name(s.state) << ',' << Name(s.reason) << ',' << s.error_px << ',' << s.w_v
-         << ',' << s.w_r << ',' << s.w_c << ',' << s.sigma_min << ',' << s.trigger_value << ','
-         << s.threshold << ',' << s.mm_per_px << ',' << (s.camera_moving ? 1 : 0) << ',';
+    file << s.t << ',' << Name(s.state) << ',' << Name(s.reason) << ',' << s.error_px << ','
+         << s.w_v << ',' << s.w_r << ',' << s.w_c << ',' << s.sigma_min << ',' << s.trigger_value
+         << ',' << s.threshold << ',' << s.mm_per_px << ',' << (s.camera_moving ? 1 : 0) << ',';
     if (s.true_error_mm) file << *s.true_error_mm;
     file << '\n';
   }
@@ -148,24 +153,31 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   ceiling = ceiling > 0.0 ? 1.1 * ceiling : 1.0;
   script << "set lmargin 11\nset rmargin 11\nset logscale y\nset format y '10^{%L}'\n"
             "set ylabel 'image error [px]'\n";
-  if (truth) script << "set y2label 'true error [mm]'\nset y2tics\nset ytics nomirror\nset logscale y2\nset format y2 '10^{%L}'\n";
-  script << "plot 'samples.csv' using 1:4 every ::1 with lines lw 2 lc rgb '#1f4e9c' title 'image error (rms)'";
+  if (truth)
+    script << "set y2label 'true error [mm]'\nset y2tics\nset ytics nomirror\nset logscale y2\nset "
+              "format y2 '10^{%L}'\n";
+  script << "plot 'samples.csv' using 1:4 every ::1 with lines lw 2 lc rgb '#1f4e9c' title 'image "
+            "error (rms)'";
   if (truth) {
-    script << ", '' using 1:13 every ::1 axes x1y2 with lines lw 2 lc rgb '#c2410c' title 'true error of the worst marker'";
+    script << ", '' using 1:13 every ::1 axes x1y2 with lines lw 2 lc rgb '#c2410c' title 'true "
+              "error of the worst marker'";
   }
   script << "\nunset y2label\nunset y2tics\nset ytics mirror\n"
             "unset logscale y\nset format y '%g'\n"
          << "set key bottom right\nset yrange [0:" << ceiling << "]\n"
          << "set ylabel '" << MeasureUnit(summary.observability.trigger_measure) << "'\n"
-         << "plot 'samples.csv' using 1:9 every ::1 with lines lw 2 lc rgb '#15803d' title 'trigger value', "
-         << threshold << " with lines dashtype 2 lc rgb '#b91c1c' title 'threshold (camera moves below it)'\n"
+         << "plot 'samples.csv' using 1:9 every ::1 with lines lw 2 lc rgb '#15803d' title "
+            "'trigger value', "
+         << threshold
+         << " with lines dashtype 2 lc rgb '#b91c1c' title 'threshold (camera moves below it)'\n"
             "set key center right\nset autoscale y\n"
             "set logscale y\nset format y '10^{%L}'\nset ylabel 'measures'\n"
             "plot 'samples.csv' using 1:5 every ::1 with lines lw 2 title 'w_v', "
             "'' using 1:6 every ::1 with lines lw 2 title 'w_r', "
             "'' using 1:7 every ::1 with lines lw 2 title 'w_c'\n"
             "set key top right\nset ylabel 'hidden motion [mm/px]'\nset xlabel 'time [s]'\n"
-            "plot 'samples.csv' using 1:11 every ::1 with lines lw 2 lc rgb '#7c3aed' title 'one pixel may hide'\n"
+            "plot 'samples.csv' using 1:11 every ::1 with lines lw 2 lc rgb '#7c3aed' title 'one "
+            "pixel may hide'\n"
             "unset multiplot\n";
   Close(&script, path);
   script.close();

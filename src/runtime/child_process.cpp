@@ -47,7 +47,8 @@ std::vector<std::string> Candidates(const std::string& program) {
   for (std::size_t begin = 0; begin <= path.size();) {
     const std::size_t end = std::min(path.find(':', begin), path.size());
     const std::string folder = path.substr(begin, end - begin);
-    candidates.push_back((folder.empty() ? "." : folder) + "/" + program);
+    candidates.push_back(folder.empty() ? "./" : folder + '/');
+    candidates.back() += program;
     begin = end + 1;
   }
   return candidates;
@@ -112,6 +113,7 @@ ChildProcess::ChildProcess(const ChildOptions& options) {
   std::vector<std::string> environment = MergedEnvironment(options.environment);
   const std::vector<std::string> candidates = Candidates(name_);
   std::vector<const char*> candidate_pointers;
+  candidate_pointers.reserve(candidates.size());
   for (const std::string& candidate : candidates) candidate_pointers.push_back(candidate.c_str());
   const std::vector<char*> argument_pointers = Pointers(&arguments);
   const std::vector<char*> environment_pointers = Pointers(&environment);

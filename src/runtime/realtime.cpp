@@ -56,7 +56,7 @@ RealtimeReport EnterRealtime(const RealtimeOptions& options) {
     }
   }
   // Bounded: the main thread's stack is 8 MiB by default, other threads may have less.
-  TouchStack(std::min<std::size_t>(options.stack, 1024 * 1024));
+  TouchStack(std::min<std::size_t>(options.stack, std::size_t{1} << 20));
   if (!options.cpus.empty()) {
     const int error = Pin(options.cpus);
     report.pinned = error == 0;

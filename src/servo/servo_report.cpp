@@ -4,62 +4,94 @@ namespace vantage {
 
 const char* Name(ServoState state) noexcept {
   switch (state) {
-    case ServoState::kIdle: return "IDLE";
-    case ServoState::kAcquiring: return "ACQUIRING";
-    case ServoState::kServoing: return "SERVOING";
-    case ServoState::kRepositioning: return "REPOSITIONING";
-    case ServoState::kHolding: return "HOLDING";
-    case ServoState::kConverged: return "CONVERGED";
-    case ServoState::kFault: return "FAULT";
+    case ServoState::kIdle:
+      return "IDLE";
+    case ServoState::kAcquiring:
+      return "ACQUIRING";
+    case ServoState::kServoing:
+      return "SERVOING";
+    case ServoState::kRepositioning:
+      return "REPOSITIONING";
+    case ServoState::kHolding:
+      return "HOLDING";
+    case ServoState::kConverged:
+      return "CONVERGED";
+    case ServoState::kFault:
+      return "FAULT";
   }
   return "UNKNOWN";
 }
 
 const char* Name(HoldReason reason) noexcept {
   switch (reason) {
-    case HoldReason::kNone: return "NONE";
-    case HoldReason::kNoJointState: return "NO_JOINT_STATE";
-    case HoldReason::kStaleJointState: return "STALE_JOINT_STATE";
-    case HoldReason::kNoCameraPose: return "NO_CAMERA_POSE";
-    case HoldReason::kStaleCameraPose: return "STALE_CAMERA_POSE";
-    case HoldReason::kNoFeatures: return "NO_FEATURES";
-    case HoldReason::kStaleFeatures: return "STALE_FEATURES";
-    case HoldReason::kTooFewFeatures: return "TOO_FEW_FEATURES";
-    case HoldReason::kNotFinite: return "NOT_FINITE";
-    case HoldReason::kPointBehindCamera: return "POINT_BEHIND_CAMERA";
-    case HoldReason::kArmSingular: return "ARM_SINGULAR";
-    case HoldReason::kJointLimit: return "JOINT_LIMIT";
-    case HoldReason::kOperator: return "OPERATOR";
+    case HoldReason::kNone:
+      return "NONE";
+    case HoldReason::kNoJointState:
+      return "NO_JOINT_STATE";
+    case HoldReason::kStaleJointState:
+      return "STALE_JOINT_STATE";
+    case HoldReason::kNoCameraPose:
+      return "NO_CAMERA_POSE";
+    case HoldReason::kStaleCameraPose:
+      return "STALE_CAMERA_POSE";
+    case HoldReason::kNoFeatures:
+      return "NO_FEATURES";
+    case HoldReason::kStaleFeatures:
+      return "STALE_FEATURES";
+    case HoldReason::kTooFewFeatures:
+      return "TOO_FEW_FEATURES";
+    case HoldReason::kNotFinite:
+      return "NOT_FINITE";
+    case HoldReason::kPointBehindCamera:
+      return "POINT_BEHIND_CAMERA";
+    case HoldReason::kArmSingular:
+      return "ARM_SINGULAR";
+    case HoldReason::kJointLimit:
+      return "JOINT_LIMIT";
+    case HoldReason::kOperator:
+      return "OPERATOR";
   }
   return "UNKNOWN";
 }
 
 const char* Name(LowCause cause) noexcept {
   switch (cause) {
-    case LowCause::kNone: return "NONE";
-    case LowCause::kView: return "VIEW";
-    case LowCause::kArm: return "ARM";
-    case LowCause::kFeatures: return "FEATURES";
+    case LowCause::kNone:
+      return "NONE";
+    case LowCause::kView:
+      return "VIEW";
+    case LowCause::kArm:
+      return "ARM";
+    case LowCause::kFeatures:
+      return "FEATURES";
   }
   return "UNKNOWN";
 }
 
 const char* Name(ActiveState state) noexcept {
   switch (state) {
-    case ActiveState::kWatching: return "WATCHING";
-    case ActiveState::kMoving: return "MOVING";
-    case ActiveState::kDisabled: return "DISABLED";
+    case ActiveState::kWatching:
+      return "WATCHING";
+    case ActiveState::kMoving:
+      return "MOVING";
+    case ActiveState::kDisabled:
+      return "DISABLED";
   }
   return "UNKNOWN";
 }
 
 const char* Name(ActiveReason reason) noexcept {
   switch (reason) {
-    case ActiveReason::kNone: return "NONE";
-    case ActiveReason::kLowMeasure: return "LOW_MEASURE";
-    case ActiveReason::kMarkerLost: return "MARKER_LOST";
-    case ActiveReason::kMarkerAtRisk: return "MARKER_AT_RISK";
-    case ActiveReason::kStalled: return "STALLED";
+    case ActiveReason::kNone:
+      return "NONE";
+    case ActiveReason::kLowMeasure:
+      return "LOW_MEASURE";
+    case ActiveReason::kMarkerLost:
+      return "MARKER_LOST";
+    case ActiveReason::kMarkerAtRisk:
+      return "MARKER_AT_RISK";
+    case ActiveReason::kStalled:
+      return "STALLED";
   }
   return "UNKNOWN";
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -126,6 +127,52 @@ inline Cell Puma560() {
           upper};
 }
 
+/// Rigs of every kind for one cell, as each would stand about it.
+inline CameraRig SphereWithHead(const CameraRig& sphere) {
+  CameraRig rig = sphere;
+  rig.axes.push_back({"pan", -0.6, 0.6, 1.0, 3.0});
+  rig.axes.push_back({"tilt", -0.6, 0.6, 1.0, 3.0});
+  return rig;
+}
+
+inline CameraRig Sector(const CameraRig& sphere) {
+  CameraRig rig = sphere;
+  rig.axes[1].lower = 0.5;
+  rig.axes[1].upper = 1.5;
+  rig.axes[2].lower = -M_PI / 6.0 - M_PI_2;  // sixty degrees at the arm's right hand
+  rig.axes[2].upper = M_PI / 6.0 - M_PI_2;
+  return rig;
+}
+
+inline Eigen::Isometry3d LookingFrom(const Eigen::Vector3d& from, const Eigen::Vector3d& at) {
+  const Eigen::Vector3d z = (at - from).normalized();
+  const Eigen::Vector3d x = z.cross(Eigen::Vector3d::UnitZ()).normalized();
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() << x, z.cross(x), z;
+  X.translation() = from;
+  return X;
+}
+
+inline CameraRig RailBeside(const Eigen::Vector3d& target) {
+  CameraRig rig;
+  rig.kind = RigKind::kRail;
+  rig.X_WC_fixed = LookingFrom(target + Eigen::Vector3d(0.0, -1.1, 0.5), target);
+  rig.rail_W = Eigen::Vector3d::UnitX();
+  rig.axes = {
+      {"s", -1.5, 1.5, 0.4, 0.8}, {"pan", -1.5, 1.5, 1.2, 3.0}, {"tilt", -1.2, 1.2, 1.2, 3.0}};
+  return rig;
+}
+
+inline CameraRig FreeAbout(const Eigen::Vector3d& target) {
+  CameraRig rig;
+  rig.kind = RigKind::kFree;
+  rig.X_WC_fixed = LookingFrom(target + Eigen::Vector3d(0.1, -0.9, 0.6), target);
+  rig.axes = {{"x", -1.2, 1.2, 0.4, 0.8},    {"y", -0.4, 0.8, 0.4, 0.8},
+              {"z", -0.6, 0.8, 0.4, 0.8},    {"pan", -3.0, 3.0, 1.2, 3.0},
+              {"tilt", -1.5, 1.5, 1.2, 3.0}, {"roll", -2.0, 2.0, 1.2, 3.0}};
+  return rig;
+}
+
 inline std::vector<Cell> AllCells() {
   return {Planar2(), Puma3Xyx(), Puma3Points(), Puma560()};
 }
@@ -186,12 +233,9 @@ inline bool SeenByMarching(const CameraModel& camera, const Eigen::Isometry3d& X
   const Eigen::Vector3d ray = X_WC.translation() - marker.p_W;
   if (ray.dot(marker.normal_W) <= 0.0) return false;
   const auto inside = [](const Eigen::Vector3d& p, const PlacedCapsule& capsule, double radius) {
-    double nearest = 1e9;
-    for (int i = 0; i <= 200; ++i) {
-      const Eigen::Vector3d on_axis = capsule.p_WA + (i / 200.0) * (capsule.p_WB - capsule.p_WA);
-      nearest = std::min(nearest, (p - on_axis).norm());
-    }
-    return nearest < radius;
+    const Eigen::Vector3d axis = capsule.p_WB - capsule.p_WA;
+    const double along = (p - capsule.p_WA).dot(axis) / axis.squaredNorm();
+    return (p - capsule.p_WA - std::clamp(along, 0.0, 1.0) * axis).norm() < radius;
   };
   for (const PlacedCapsule& capsule : capsules) {
     if (inside(marker.p_W, capsule, capsule.radius + 2e-3)) continue;

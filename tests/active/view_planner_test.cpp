@@ -8,6 +8,7 @@
 
 #include "cells.h"
 #include "eigen_matchers.h"
+#include "vantage/active/rig_on_arm.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -134,6 +135,88 @@ TEST_P(EveryCell, SettlesAfterOneMove) {
 }
 
 // Above the cap a view is good enough, though nearer ones would measure more.
+// Rigs of every kind about the three-joint and the six-joint arm.
+struct NamedRig {
+  const char* name;
+  int least_moves;  // of 24: some rigs have few good places
+  std::function<CameraRig(const test::Cell&)> make;
+};
+
+class EveryRig : public ::testing::TestWithParam<NamedRig> {};
+
+// A second puma faces the first one over the table, its camera on the flange.
+CameraRig OnSecondArm(const test::Cell&) {
+  const ArmModel puma = test::Puma560().model.arm;
+  Isometry3d X_WBase = test::Translation(0.75, -1.0, 0.7);
+  X_WBase.linear() = Eigen::AngleAxisd(M_PI_2, Vector3d::UnitZ()).toRotationMatrix();
+  std::vector<JointLimits> limits(6, JointLimits{-2.9, 2.9, 1.0, 3.0});
+  return RigOnArm(puma.WithBase(X_WBase).WithLimits(limits), Isometry3d::Identity(), 0.4);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, EveryRig,
+    ::testing::Values(
+        NamedRig{"SphericalWithHead", 20,
+                 [](const test::Cell& c) { return test::SphereWithHead(c.rig); }},
+        NamedRig{"Sector", 6, [](const test::Cell& c) { return test::Sector(c.rig); }},
+        NamedRig{"Rail", 10, [](const test::Cell& c) { return test::RailBeside(c.rig.target_W); }},
+        NamedRig{"Free", 18, [](const test::Cell& c) { return test::FreeAbout(c.rig.target_W); }},
+        NamedRig{"OnArm", 10, OnSecondArm}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST_P(EveryRig, PlansBetterViewsFromBadOnes) {
+  for (test::Cell cell : {test::Puma3Points(), test::Puma560()}) {
+    cell.rig = GetParam().make(cell);
+    TriggerOptions trigger;
+    trigger.threshold = 150.0;
+    std::mt19937 random(56);
+    int moves = 0;
+    for (int trial = 0; trial < 24; ++trial) {
+      test::Task task = test::DrawTask(cell, 0.7 * trigger.threshold, &random);
+      task.q_goal =
+          0.6 * task.q + 0.4 * task.q_goal;  // Not every rig can follow the widest motions.
+      const ViewPlan plan = PlanView(cell.model, cell.rig, trigger, {}, RequestFor(task));
+      if (plan.verdict != PlanVerdict::kMove) continue;
+      ++moves;
+      const std::vector<ArmSample> motion = SampleMotion(cell.model, task.q, task.q_goal, 5);
+      for (int i = 0; i < plan.move.seen; ++i) {
+        EXPECT_TRUE(test::SeesAllByMarching(cell.model, motion[i],
+                                            RigPose(cell.rig, plan.path.end()), 20.0));
+      }
+      if (plan.move.seen == 5 && plan.stay.seen == 5) {
+        EXPECT_GT(MeanLog(cell, motion, plan.path.end(), 600.0),
+                  MeanLog(cell, motion, task.q_c, 600.0));
+      }
+      for (int i = 0; i <= 30; ++i) {
+        const RigVector q_c = plan.path.At(i / 30.0);
+        EXPECT_TRUE(test::Near(q_c, ClampToLimits(cell.rig, q_c), 1e-12));
+        EXPECT_TRUE(test::SeesAllByMarching(cell.model, motion[0], RigPose(cell.rig, q_c), 10.0))
+            << cell.name << " trial " << trial << " station " << i;
+      }
+    }
+    EXPECT_GE(moves, GetParam().least_moves) << cell.name;
+    RecordProperty(std::string("moves_") + cell.name, moves);
+  }
+}
+
+TEST(PlanView, PanTiltBringsMarkersToSight) {
+  const test::Cell cell = test::Puma560();
+  const JointVector q = 0.5 * (cell.q_lower + cell.q_upper);
+  const ArmSample sample = SampleArm(cell.model, q);
+  CameraRig rig;
+  rig.kind = RigKind::kPanTilt;
+  const Vector3d front = sample.markers[0].p_W + 1.2 * sample.markers[0].normal_W;
+  rig.X_WC_fixed = test::LookingFrom(front, sample.markers[0].p_W);
+  rig.axes = {{"pan", -1.5, 1.5, 1.2, 3.0}, {"tilt", -1.2, 1.2, 1.2, 3.0}};
+  PlanRequest request;
+  request.q = request.q_goal = q;
+  request.q_c = request.q_c_stay = Vector2d(0.5, 0.3);
+  const ViewPlan plan = PlanView(cell.model, rig, {}, {}, request);
+  EXPECT_EQ(plan.stay.fault, ViewFault::kOutOfImage);
+  ASSERT_EQ(plan.verdict, PlanVerdict::kMove);
+  EXPECT_TRUE(test::SeesAllByMarching(cell.model, sample, RigPose(rig, plan.path.end()), 20.0));
+}
+
 TEST(PlanView, KeepsGoodEnoughView) {
   const test::Cell cell = test::Planar2();
   PlanRequest request;

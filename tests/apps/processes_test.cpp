@@ -20,7 +20,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-std::string Program(const std::string& name) { return std::string(VANTAGE_BIN) + "/" + name; }
+std::string Program(const std::string& name) {
+  return std::string(VANTAGE_BIN) + "/" + name;
+}
 
 /// Waits until `condition` holds; false when it does not within `limit`.
 template <typename Condition>
@@ -52,7 +54,8 @@ class Cell {
     link_.Start();
   }
 
-  [[nodiscard]] ChildProcess Start(const std::string& program, std::vector<std::string> arguments) const {
+  [[nodiscard]] ChildProcess Start(const std::string& program,
+                                   std::vector<std::string> arguments) const {
     ChildOptions options;
     options.arguments = {Program(program)};
     options.arguments.insert(options.arguments.end(), arguments.begin(), arguments.end());
@@ -60,7 +63,9 @@ class Cell {
     options.output = "/dev/null";
     return ChildProcess(options);
   }
-  [[nodiscard]] ChildProcess StartSim() const { return Start("vantage-sim", {"planar-good-view", "--image-rate", "0"}); }
+  [[nodiscard]] ChildProcess StartSim() const {
+    return Start("vantage-sim", {"planar-good-view", "--image-rate", "0"});
+  }
   [[nodiscard]] ChildProcess StartServo() const {
     return Start("vantage-servo", {"planar-good-view", "--camera", "fixed", "--priority", "0"});
   }
@@ -152,7 +157,8 @@ TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
 /// Runs vantage-run and gives its exit code and what it printed.
 std::pair<int, std::string> RunProgram(std::vector<std::string> arguments) {
   const std::string log = (std::filesystem::temp_directory_path() /
-                           ("vantage_run_" + std::to_string(getpid()) + ".txt")).string();
+                           ("vantage_run_" + std::to_string(getpid()) + ".txt"))
+                              .string();
   std::filesystem::remove(log);
   ChildOptions options;
   options.arguments = {Program("vantage-run")};
@@ -169,8 +175,7 @@ std::pair<int, std::string> RunProgram(std::vector<std::string> arguments) {
 class RunTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("vantage_runs_" + std::to_string(getpid()));
+    folder_ = std::filesystem::temp_directory_path() / ("vantage_runs_" + std::to_string(getpid()));
     std::filesystem::remove_all(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -182,34 +187,39 @@ class RunTest : public ::testing::Test {
 
 // The main job, all processes: converges, exit code 0, and the run folder holds what it promises.
 TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
-  const auto [code, text] = RunProgram({"puma560-bad-view", "--out", folder_.string(), "--priority", "0"});
+  const auto [code, text] =
+      RunProgram({"puma560-bad-view", "--out", folder_.string(), "--priority", "0"});
   EXPECT_EQ(code, 0) << text;
   EXPECT_NE(text.find("converged after"), std::string::npos) << text;
   EXPECT_NE(text.find("tools/spy"), std::string::npos);
-  for (const char* name : {"run.png", "first.png", "last.png", "summary.json", "samples.csv", "events.lcm"}) {
+  for (const char* name :
+       {"run.png", "first.png", "last.png", "summary.json", "samples.csv", "events.lcm"}) {
     EXPECT_TRUE(std::filesystem::exists(RunFolder() / name)) << name;
     EXPECT_GT(std::filesystem::file_size(RunFolder() / name), 500u) << name;
   }
 }
 
 TEST_F(RunTest, FixedCameraInABadViewEndsWithExitCodeOne) {
-  const auto [code, text] = RunProgram({"puma560-bad-view", "--camera", "fixed", "--time-limit", "4", "--lockstep",
-                                 "--out", folder_.string()});
+  const auto [code, text] = RunProgram({"puma560-bad-view", "--camera", "fixed", "--time-limit",
+                                        "4", "--lockstep", "--out", folder_.string()});
   EXPECT_EQ(code, 1) << text;
   EXPECT_NE(text.find("NOT converged"), std::string::npos) << text;
 }
 
 TEST_F(RunTest, BadInputIsOneLineExitCodeTwoAndNothingWritten) {
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"no-such-scenario"}, {"--camera", "sideways"}, {"--time-limit", "-3"}}) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"no-such-scenario"},
+                                                    {"--camera", "sideways"},
+                                                    {"--time-limit", "-3"}}) {
     std::vector<std::string> all = arguments;
     all.insert(all.end(), {"--out", folder_.string()});
     const auto [code, text] = RunProgram(all);
     EXPECT_EQ(code, 2) << arguments[0] << ": " << text;
     EXPECT_FALSE(std::filesystem::exists(folder_)) << arguments[0];
   }
-  const std::string broken = (std::filesystem::temp_directory_path() / "vantage_broken.yaml").string();
-  std::ofstream(broken) << "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n";
+  const std::string broken =
+      (std::filesystem::temp_directory_path() / "vantage_broken.yaml").string();
+  std::ofstream(broken)
+      << "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n";
   const auto [code, text] = RunProgram({broken, "--out", folder_.string()});
   EXPECT_EQ(code, 2);
   EXPECT_NE(text.find(broken + ":3: "), std::string::npos) << text;

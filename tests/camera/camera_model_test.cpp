@@ -31,7 +31,8 @@ TEST(CameraModel, MatchesOpenCV) {
   const CameraModel camera = BentLens();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-0.5, 0.5);
-  const cv::Mat K = (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.u0, 0, camera.fy, camera.v0, 0, 0, 1);
+  const cv::Mat K =
+      (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.u0, 0, camera.fy, camera.v0, 0, 0, 1);
   const std::vector<double> coefficients{-0.28, 0.09, 8e-4, -5e-4, -0.011};
   for (int i = 0; i < 100; ++i) {
     const Vector2d n(uniform(random), uniform(random));

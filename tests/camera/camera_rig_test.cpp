@@ -86,6 +86,23 @@ CameraRig Free() {
   return rig;
 }
 
+// Six joints, the second of them prismatic, axes askew.
+CameraRig OnArm() {
+  CameraRig rig;
+  rig.kind = RigKind::kArm;
+  rig.X_WC_fixed = Somewhere();
+  const auto joint = [](const Vector3d& axis, const Vector3d& point, bool prismatic) {
+    return RigJoint{prismatic, axis.normalized(), point};
+  };
+  rig.joints = {
+      joint({0, 0, 1}, {0, 0, 0}, false),          joint({1, 0, 1}, {0, 0, 0}, true),
+      joint({0, 1, 0.1}, {0.2, 0, 0.5}, false),    joint({0, 1, 0}, {0.7, 0, 0.6}, false),
+      joint({1, 0.2, 0}, {1.0, -0.2, 0.8}, false), joint({0, 0.3, 1}, {1.2, -0.3, 0.8}, false)};
+  rig.axes = {Axis("j1", -1.0, 1.0), Axis("j2", -0.3, 0.3), Axis("j3", -1.0, 1.0),
+              Axis("j4", -1.0, 1.0), Axis("j5", -1.0, 1.0), Axis("j6", -1.5, 1.5)};
+  return rig;
+}
+
 RigVector RandomCoordinates(const CameraRig& rig, std::mt19937* random) {
   RigVector q_c(rig.size());
   for (int i = 0; i < rig.size(); ++i) {
@@ -107,7 +124,8 @@ INSTANTIATE_TEST_SUITE_P(
                       NamedRig{"FixedDown", [] { return Spherical(RigOrientation::kFixedDown); }},
                       NamedRig{"SphericalWithHead", SphericalWithHead},
                       NamedRig{"PanTilt", PanTilt}, NamedRig{"Rail", [] { return Rail(false); }},
-                      NamedRig{"RailWithHead", [] { return Rail(true); }}, NamedRig{"Free", Free}),
+                      NamedRig{"RailWithHead", [] { return Rail(true); }}, NamedRig{"Free", Free},
+                      NamedRig{"OnArm", OnArm}),
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(SphericalPose, MatchesOracles) {
@@ -190,10 +208,11 @@ TEST_P(EveryRig, NearestCoordinatesUndoPose) {
     const RigVector q_c = RandomCoordinates(rig, &random);
     const RigVector near = RandomCoordinates(rig, &random);
     const Isometry3d X_WC = RigPose(rig, q_c);
+    // The very coordinates come back when they are where the search starts: the same turn, or branch.
+    EXPECT_TRUE(test::Near(NearestRigCoordinates(rig, X_WC, q_c), q_c, 1e-9));
+    if (rig.kind == RigKind::kArm) continue;  // May be on another branch: see the tests of arms.
     const RigVector found = NearestRigCoordinates(rig, X_WC, near);
     EXPECT_TRUE(test::Near(RigPose(rig, found).matrix(), X_WC.matrix(), 1e-9));
-    // From close by, the very coordinates come back: the same turn.
-    EXPECT_TRUE(test::Near(NearestRigCoordinates(rig, X_WC, q_c), q_c, 1e-9));
   }
 }
 
@@ -249,6 +268,42 @@ TEST(NearestRigCoordinates, KeepsLockedAxes) {
   const Isometry3d X_WC = RigPose(rig, Vector4d(2.5, 0.6, -0.9, 0.3));
   const RigVector found = NearestRigCoordinates(rig, X_WC, near);
   EXPECT_TRUE(test::Near(found, Vector4d(1.7, 0.6, -0.9, 0.3), 1e-9));
+}
+
+TEST(NearestRigCoordinates, OfArmFollowsPosesNearby) {
+  const CameraRig rig = OnArm();
+  std::mt19937 random(16);
+  std::normal_distribution<double> step(0.0, 0.05);
+  for (int trial = 0; trial < 200; ++trial) {
+    const RigVector near = 0.8 * RandomCoordinates(rig, &random);
+    RigVector q_c = near;
+    for (int i = 0; i < rig.size(); ++i) q_c(i) += step(random);
+    q_c = ClampToLimits(rig, q_c);
+    const RigVector found = NearestRigCoordinates(rig, RigPose(rig, q_c), near);
+    EXPECT_TRUE(test::Near(RigPose(rig, found).matrix(), RigPose(rig, q_c).matrix(), 1e-9));
+  }
+}
+
+// Out of reach: no small step within the limits comes nearer.
+TEST(NearestRigCoordinates, OfArmIsALeastDistance) {
+  const CameraRig rig = OnArm();
+  std::mt19937 random(17);
+  std::normal_distribution<double> normal;
+  const auto cost = [&](const RigVector& q_c, const Isometry3d& X_WC) {
+    const Isometry3d left = RigPose(rig, q_c).inverse() * X_WC;
+    return std::hypot(left.translation().norm(), 0.1 * Eigen::AngleAxisd(left.linear()).angle());
+  };
+  for (int trial = 0; trial < 30; ++trial) {
+    Isometry3d X_WC = RigPose(rig, RandomCoordinates(rig, &random));
+    X_WC.translation() += 2.0 * Vector3d(normal(random), normal(random), normal(random));
+    const RigVector found = NearestRigCoordinates(rig, X_WC, RigVector::Zero(6));
+    const double least = cost(found, X_WC);
+    for (int k = 0; k < 200; ++k) {
+      RigVector other = found;
+      for (int i = 0; i < 6; ++i) other(i) += 0.02 * normal(random);
+      EXPECT_GE(cost(ClampToLimits(rig, other), X_WC), least - 1e-4);
+    }
+  }
 }
 
 TEST(NearestRigCoordinates, TakesTheTurnNearby) {
@@ -352,6 +407,18 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Validate, RefusesSkewedPose) {
   CameraRig rig;
   rig.X_WC_fixed.linear()(0, 0) = 1.1;
+  EXPECT_THROW(Validate(rig), ConfigError);
+}
+
+TEST(Validate, RefusesArmWithBadJoints) {
+  CameraRig rig = OnArm();
+  rig.joints.pop_back();
+  EXPECT_THROW(Validate(rig), ConfigError);
+  rig = OnArm();
+  rig.joints[2].axis_W *= 1.1;
+  EXPECT_THROW(Validate(rig), ConfigError);
+  rig = OnArm();
+  rig.joints[2].point_W.x() = kNan;
   EXPECT_THROW(Validate(rig), ConfigError);
 }
 

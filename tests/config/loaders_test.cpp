@@ -413,7 +413,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Edit{
             "UnknownKind", "spherical", "crane",
-            "file.yaml:1: kind: must be one of fixed, spherical, pan_tilt, rail, free, is 'crane'"},
+            "file.yaml:1: kind: must be one of fixed, spherical, pan_tilt, rail, free, arm, is 'crane'"},
         Edit{"UnknownOrientation", "fixed_down", "up",
              "file.yaml:2: orientation: must be one of look_at, fixed_down, is 'up'"},
         Edit{"NoTarget", "target: [0.1, 0.2, 0.3]\n", "", "file.yaml:1: target: missing"},
@@ -543,8 +543,11 @@ TEST(LoadFeatures, RefusesOneByOne) {
             "file.yaml:1: features: must be a list of 1 to 32 mappings, has 0");
   EXPECT_EQ(
       error_of("features: [{kind: depth, points: [0]}]"),
-      "file.yaml:1: features[0].kind: must be one of point, point_x, point_y, distance, angle, "
-      "edge_angle, area, centroid, centroid_x, centroid_y, is 'depth'");
+      "file.yaml:1: features[0].kind: must be one of point, centroid, point_x, point_y, distance, "
+      "angle, edge_angle, area, centroid_x, centroid_y, segment_x, segment_y, segment_length, "
+      "segment_angle, segment_x_normalised, segment_y_normalised, segment_inverse_length, "
+      "moment_basic, moment_centred, moment_x, moment_y, moment_area, moment_area_normalised, "
+      "moment_x_normalised, moment_y_normalised, moment_alpha, is 'depth'");
   EXPECT_EQ(error_of("features: [{kind: distance, points: [0]}]"),
             "file.yaml:1: features[0].points: must be a list of 2 integers, has 1");
   EXPECT_EQ(error_of("features: [{kind: area, points: [0, 1]}]"),

@@ -31,7 +31,9 @@ Problem RandomProblem(int n, double box, std::mt19937* random) {
   return p;
 }
 
-double Cost(const Problem& p, const JointVector& x) { return 0.5 * x.dot(p.H * x) - p.g.dot(x); }
+double Cost(const Problem& p, const JointVector& x) {
+  return 0.5 * x.dot(p.H * x) - p.g.dot(x);
+}
 
 // Every sign pattern of bounds, the free rest solved: the best feasible point is the optimum.
 double BruteForceCost(const Problem& p) {
@@ -56,7 +58,8 @@ double BruteForceCost(const Problem& p) {
     }
     const Eigen::VectorXd z = H.llt().solve(g);
     for (int a = 0; a < m; ++a) x(free[a]) = z(a);
-    const bool feasible = ((x - p.lower).array() >= -1e-12).all() && ((p.upper - x).array() >= -1e-12).all();
+    const bool feasible =
+        ((x - p.lower).array() >= -1e-12).all() && ((p.upper - x).array() >= -1e-12).all();
     if (feasible) best = std::min(best, Cost(p, x));
   }
   return best;

@@ -18,8 +18,9 @@ namespace {
 class RunRecord : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              (std::string("vantage_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ =
+        std::filesystem::temp_directory_path() /
+        (std::string("vantage_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }
@@ -58,7 +59,8 @@ TEST_F(RunRecord, SamplesHaveOneLineEachUnderAHeader) {
   int lines = 0;
   for (std::string line; std::getline(file, line);) {
     ++lines;
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), std::count(header.begin(), header.end(), ','));
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','),
+              std::count(header.begin(), header.end(), ','));
   }
   EXPECT_EQ(lines, 200);
 }

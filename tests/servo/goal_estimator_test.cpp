@@ -41,7 +41,8 @@ TEST(GoalPointEstimator, AMovingCameraFixesTheDepth) {
   for (int i = 0; i < 120; ++i) {
     Isometry3d X_WC = Isometry3d::Identity();
     X_WC.translation().x() = -0.4 + 0.8 * i / 119.0;
-    ASSERT_TRUE(goal.Update(camera, X_WC, See(camera, X_WC) + Vector2d(noise(random), noise(random)), 0.3));
+    ASSERT_TRUE(
+        goal.Update(camera, X_WC, See(camera, X_WC) + Vector2d(noise(random), noise(random)), 0.3));
   }
   EXPECT_LT((goal.p_WG() - kTruth).norm(), 1e-3);
   // The filter knows how sure it is.

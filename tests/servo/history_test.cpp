@@ -5,8 +5,12 @@
 namespace vantage {
 namespace {
 
-Time At(double seconds) { return Time(FromSeconds(seconds)); }
-double Mix(double a, double b, double fraction) { return a + fraction * (b - a); }
+Time At(double seconds) {
+  return Time(FromSeconds(seconds));
+}
+double Mix(double a, double b, double fraction) {
+  return a + fraction * (b - a);
+}
 
 TEST(History, InterpolatesBetweenNeighbours) {
   History<double, 8> history;

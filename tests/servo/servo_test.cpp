@@ -35,9 +35,12 @@ ViewModel TestView() {
   markers[0].id = 0;
   markers[1].id = 1;
   markers[1].p = {0.0, 0.0, 0.15};
-  return {TestArm(), CameraModel(),
-          FeatureSet({{FeatureKind::kPointX, {0}}, {FeatureKind::kPointY, {0}}, {FeatureKind::kPointX, {1}}}, 2),
-          markers};
+  return {
+      TestArm(), CameraModel(),
+      FeatureSet(
+          {{FeatureKind::kPointX, {0}}, {FeatureKind::kPointY, {0}}, {FeatureKind::kPointX, {1}}},
+          2),
+      markers};
 }
 
 JointVector Joints(double a, double b, double c) {
@@ -56,12 +59,15 @@ Isometry3d LookFrom(const Vector3d& p) {
   return X_WC;
 }
 
-Time At(double seconds) { return Time(FromSeconds(seconds)); }
+Time At(double seconds) {
+  return Time(FromSeconds(seconds));
+}
 
 // A noise-free cell: the arm obeys at once, images come at 50 Hz with a latency, projected by the model.
 class Cell {
  public:
-  Cell(const ViewModel& view, const JointVector& q) : view_(view), q_(q), qdot_(JointVector::Zero(q.size())) {}
+  Cell(const ViewModel& view, const JointVector& q)
+      : view_(view), q_(q), qdot_(JointVector::Zero(q.size())) {}
 
   void Advance(const JointCommand& command, const Isometry3d& X_WC) {
     qdot_ = command.qdot;
@@ -146,8 +152,8 @@ TEST(Servo, ConvergesToTheGoal) {
   run.For(6.0);
   const ServoOutput& out = run.Tick();
   EXPECT_EQ(out.status.state, ServoState::kConverged)
-      << Name(out.status.state) << " " << Name(out.status.reason) << " " << out.observability.mm_per_px
-      << " mm/px";
+      << Name(out.status.state) << " " << Name(out.status.reason) << " "
+      << out.observability.mm_per_px << " mm/px";
   EXPECT_LT(out.status.error_px, 0.1);
   EXPECT_TRUE(test::Near(run.cell.q(), kGoal, 2e-3));
 }
@@ -204,7 +210,8 @@ void LoseInput(Input lost, HoldReason expected) {
   for (int i = 0; i < 300; ++i) {
     if (lost != Input::kJoints) run.servo.Accept(run.cell.Joints(), run.cell.now());
     if (lost != Input::kPose) run.servo.Accept(run.cell.Pose(), run.cell.now());
-    if (lost != Input::kImage && run.cell.ImageDue()) run.servo.Accept(run.cell.Image(), run.cell.now());
+    if (lost != Input::kImage && run.cell.ImageDue())
+      run.servo.Accept(run.cell.Image(), run.cell.now());
     const JointVector last = out.command.qdot;
     out = run.servo.Step(run.cell.now());
     if (last.size() == 3) {
@@ -220,9 +227,15 @@ void LoseInput(Input lost, HoldReason expected) {
   EXPECT_EQ(run.Tick().status.state, ServoState::kServoing);
 }
 
-TEST(Servo, HoldsOnStaleJoints) { LoseInput(Input::kJoints, HoldReason::kStaleJointState); }
-TEST(Servo, HoldsOnStaleCameraPose) { LoseInput(Input::kPose, HoldReason::kStaleCameraPose); }
-TEST(Servo, HoldsOnStaleFeatures) { LoseInput(Input::kImage, HoldReason::kStaleFeatures); }
+TEST(Servo, HoldsOnStaleJoints) {
+  LoseInput(Input::kJoints, HoldReason::kStaleJointState);
+}
+TEST(Servo, HoldsOnStaleCameraPose) {
+  LoseInput(Input::kPose, HoldReason::kStaleCameraPose);
+}
+TEST(Servo, HoldsOnStaleFeatures) {
+  LoseInput(Input::kImage, HoldReason::kStaleFeatures);
+}
 
 // A marker that goes missing is carried on by the model for a moment; then the servo holds, and goes on
 // when it is back.

@@ -46,6 +46,8 @@ const bool AllocationGuard::kSupported = VANTAGE_COUNTS_ALLOCATIONS != 0;
 
 AllocationGuard::AllocationGuard() noexcept : start_(allocations) {}
 
-std::size_t AllocationGuard::count() const noexcept { return allocations - start_; }
+std::size_t AllocationGuard::count() const noexcept {
+  return allocations - start_;
+}
 
 }  // namespace vantage::test

@@ -19,11 +19,11 @@ struct Distortion {
 /// Intrinsics of one camera: u = fx x_d + skew y_d + u0, v = fy y_d + v0, with (x_d, y_d) the
 /// distorted normalised coordinates.
 struct CameraModel {
-  double fx{600.0}, fy{600.0};    ///< Focal lengths [px]; > 0.
-  double u0{319.5}, v0{239.5};    ///< Principal point [px].
-  double skew{0.0};               ///< [px].
+  double fx{600.0}, fy{600.0};  ///< Focal lengths [px]; > 0.
+  double u0{319.5}, v0{239.5};  ///< Principal point [px].
+  double skew{0.0};             ///< [px].
   Distortion distortion;
-  int width{640}, height{480};    ///< Image size [px]; > 0.
+  int width{640}, height{480};  ///< Image size [px]; > 0.
 };
 
 /// Image of normalised coordinates n, distortion included [px].

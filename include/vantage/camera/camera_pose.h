@@ -8,8 +8,8 @@ namespace vantage {
 
 /// Where a camera is, as its rig measured it, or should be.
 struct CameraPose {
-  Time stamp{};                                             ///< When it was measured.
-  Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};    ///< Camera optical frame in the world.
+  Time stamp{};                                           ///< When it was measured.
+  Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Camera optical frame in the world.
 };
 
 }  // namespace vantage

@@ -32,6 +32,14 @@ enum class RigKind {
   kRail,       ///< (s [m]) or (s, pan, tilt): `X_WC_fixed` moved by s along `rail_W`, then turned.
   kFree,       ///< (x, y, z [m], pan, tilt, roll): `X_WC_fixed` moved by (x, y, z) along W's axes,
                ///< then turned in its own frame.
+  kArm,  ///< Carried by an arm of its own: one axis for each of `joints`; `X_WC_fixed` at all 0.
+};
+
+/// One joint of the arm that carries a camera, by its axis where all joints stand at 0.
+struct RigJoint {
+  bool prismatic{false};
+  Eigen::Vector3d axis_W{Eigen::Vector3d::UnitZ()};  ///< Unit direction.
+  Eigen::Vector3d point_W{Eigen::Vector3d::Zero()};  ///< On the axis of a revolute joint [m].
 };
 
 /// Bounds of one rig axis.
@@ -50,6 +58,7 @@ struct CameraRig {
   Eigen::Vector3d target_W{Eigen::Vector3d::Zero()};            ///< Sphere's centre [m].
   Eigen::Isometry3d X_WC_fixed{Eigen::Isometry3d::Identity()};  ///< Zero pose of the other kinds.
   Eigen::Vector3d rail_W{Eigen::Vector3d::UnitX()};             ///< Unit direction of a rail.
+  std::vector<RigJoint> joints;                                 ///< Of an arm, base first.
   std::vector<RigAxis> axes;                                    ///< As the kind says.
   double max_linear_speed{0.4};  ///< Bound on the camera's own speed, all axes together [m/s]; > 0.
 
@@ -85,10 +94,14 @@ struct RigHead {
 
 /// The rig coordinates whose pose is nearest to X_WC (position first, then orientation), inside the
 /// limits; angles are taken on the turn nearest to q_c_near that the limits allow. Locked axes keep
-/// the value of q_c_near. Real-time safe.
+/// the value of q_c_near. For an arm: the nearest on the branch that a search from q_c_near finds, where
+/// a radian of orientation weighs as much as a decimetre. Real-time safe.
+///
+/// @param arm_steps  Most steps of that search; with fewer it may stop short.
 /// @pre q_c_near.size() == rig.size().
 [[nodiscard]] RigVector NearestRigCoordinates(const CameraRig& rig, const Eigen::Isometry3d& X_WC,
-                                              const RigVector& q_c_near) noexcept;
+                                              const RigVector& q_c_near,
+                                              int arm_steps = 100) noexcept;
 
 /// q_c moved into the axis limits.
 [[nodiscard]] RigVector ClampToLimits(const CameraRig& rig, const RigVector& q_c) noexcept;

@@ -18,15 +18,15 @@ inline constexpr char kDefaultScenario[] = "puma560-bad-view";
 
 /// One task for one arm and one camera: all that the programs need to know.
 struct Scenario {
-  std::string name;           ///< Of the file, without folder and ending.
-  std::string description;    ///< One line.
-  ServoTask task;             ///< Arm, camera, features, markers, goal: what the controller knows.
+  std::string name;         ///< Of the file, without folder and ending.
+  std::string description;  ///< One line.
+  ServoTask task;           ///< Arm, camera, features, markers, goal: what the controller knows.
   CameraRig rig;
-  RigVector q_c_start;        ///< Rig coordinates at the start.
+  RigVector q_c_start;  ///< Rig coordinates at the start.
   ServoOptions servo;
   ActiveOptions active;
-  double time_limit{60.0};    ///< Of vantage-run [s].
-  SimOptions sim;             ///< For the simulator alone.
+  double time_limit{60.0};  ///< Of vantage-run [s].
+  SimOptions sim;           ///< For the simulator alone.
   /// Where the markers of the end effector truly have to go [m]; for the simulator alone.
   std::vector<Eigen::Vector3d> p_WG_true;
   RobotRemarks remarks;  ///< Of the arm.

@@ -14,11 +14,11 @@ namespace vantage {
 
 /// A round dot: a disc of `radius` inside a contrasting ring of twice the radius.
 struct Marker {
-  int id{0};                                          ///< Unique in a scenario; names it in messages.
-  Eigen::Vector3d p{Eigen::Vector3d::Zero()};         ///< Centre, in the frame it is fixed to [m].
-  Eigen::Vector3d normal{Eigen::Vector3d::UnitZ()};   ///< Unit; the side it is seen from.
-  double radius{0.01};                                ///< [m]; > 0.
-  bool dark{true};                                    ///< Dark disc on a bright ring, or the reverse.
+  int id{0};                                   ///< Unique in a scenario; names it in messages.
+  Eigen::Vector3d p{Eigen::Vector3d::Zero()};  ///< Centre, in the frame it is fixed to [m].
+  Eigen::Vector3d normal{Eigen::Vector3d::UnitZ()};  ///< Unit; the side it is seen from.
+  double radius{0.01};                               ///< [m]; > 0.
+  bool dark{true};  ///< Dark disc on a bright ring, or the reverse.
 };
 
 /// Most markers one image reports: those of the arm and those of the goal.
@@ -34,8 +34,8 @@ struct MarkerMeasurement {
 /// All markers of one image. Lens distortion is removed by whoever publishes them: the pixels obey
 /// the camera's matrix alone.
 struct ImageFeatures {
-  Time stamp{};       ///< When the features were sent.
-  Time exposure{};    ///< When the image was taken.
+  Time stamp{};                                           ///< When the features were sent.
+  Time exposure{};                                        ///< When the image was taken.
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Measured camera pose at the exposure.
   int count{0};
   std::array<MarkerMeasurement, kMaxMarkers> markers{};

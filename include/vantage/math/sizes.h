@@ -8,23 +8,22 @@
 
 namespace vantage {
 
-inline constexpr int kMaxJoints = 16;               ///< Most joints of one arm.
-inline constexpr int kMaxPoints = 16;               ///< Most image points one servo can use.
-inline constexpr int kMaxRows = 2 * kMaxPoints;     ///< Most feature rows k.
-inline constexpr int kMaxRigAxes = 16;              ///< Most coordinates of a camera rig.
+inline constexpr int kMaxJoints = 16;            ///< Most joints of one arm.
+inline constexpr int kMaxPoints = 16;            ///< Most image points one servo can use.
+inline constexpr int kMaxRows = 2 * kMaxPoints;  ///< Most feature rows k.
+inline constexpr int kMaxRigAxes = 16;           ///< Most coordinates of a camera rig.
 
 /// Joint positions [rad or m], velocities [rad/s or m/s] or accelerations; n rows.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 /// 6×n arm Jacobian, rows ordered as Twist.
-using ArmJacobian =
-    Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
+using ArmJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 /// k feature values.
 using FeatureVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows, 1>;
 /// k×6: rows of features, columns ordered as Twist. Interaction matrices L and image Jacobians J_v.
 using FeatureJacobian = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, kMaxRows, 6>;
 /// k×n composite Jacobian J_c = J_v J_r.
-using TaskJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
-                                   kMaxRows, kMaxJoints>;
+using TaskJacobian =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxJoints>;
 /// Coordinates q_c of a camera rig: metres and radians, in the order of the rig's axes.
 using RigVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRigAxes, 1>;
 

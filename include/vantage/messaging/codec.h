@@ -23,8 +23,8 @@ namespace vantage {
 using Bytes = std::vector<std::uint8_t>;
 
 /// Most bytes a message may have: of types that hold numbers only, and of images.
-inline constexpr std::size_t kMaxStateBytes = 16 * 1024;
-inline constexpr std::size_t kMaxImageBytes = 16 * 1024 * 1024;
+inline constexpr std::size_t kMaxStateBytes = 16'384;
+inline constexpr std::size_t kMaxImageBytes = std::size_t{16} << 20;
 
 /// Largest magnitude taken for a position, a velocity or a pixel coordinate [rad, m, px, per s].
 inline constexpr double kMaxMagnitude = 1e6;

@@ -16,9 +16,9 @@ struct TcpHubOptions {
   /// that reaches the port read and write all channels.
   std::string address{"127.0.0.1"};
   int max_clients{128};
-  std::size_t max_message{16 * 1024 * 1024};  ///< Largest message taken [byte].
+  std::size_t max_message{std::size_t{16} << 20};  ///< Largest message taken [byte].
   /// Bytes that may wait for one client beyond what the system buffers; the oldest messages give way.
-  std::size_t max_backlog{4 * 1024 * 1024};
+  std::size_t max_backlog{std::size_t{4} << 20};
   Duration handshake_timeout{std::chrono::seconds(5)};  ///< For a client to say who it is.
 };
 

@@ -13,7 +13,7 @@ namespace vantage {
 
 /// One line of a run, on the run's own time axis.
 struct RunSample {
-  double t{0.0};                 ///< Since the start of the run [s].
+  double t{0.0};  ///< Since the start of the run [s].
   ServoState state{ServoState::kIdle};
   HoldReason reason{HoldReason::kNone};
   double error_px{0.0};
@@ -22,7 +22,7 @@ struct RunSample {
   double trigger_value{0.0}, threshold{0.0};
   double mm_per_px{0.0};
   bool camera_moving{false};
-  std::optional<double> true_error_mm;   ///< Worst marker's distance to its goal, from a simulator.
+  std::optional<double> true_error_mm;  ///< Worst marker's distance to its goal, from a simulator.
 };
 
 /// The sample of what a servo says at time t.
@@ -32,17 +32,17 @@ struct RunSample {
 /// How a run ended.
 struct RunSummary {
   std::string scenario;
-  std::string camera;                    ///< "active" or "fixed".
+  std::string camera;  ///< "active" or "fixed".
   bool converged{false};
-  std::string end;                       ///< "converged", "time limit", "stopped", or what failed.
-  double duration{0.0};                  ///< [s].
-  double time_to_converge{0.0};          ///< [s]; duration when it did not.
-  ServoStatus status;                    ///< The last one.
-  ObservabilityReport observability;     ///< The last one.
-  std::optional<double> true_error_mm;   ///< At the end.
+  std::string end;                      ///< "converged", "time limit", "stopped", or what failed.
+  double duration{0.0};                 ///< [s].
+  double time_to_converge{0.0};         ///< [s]; duration when it did not.
+  ServoStatus status;                   ///< The last one.
+  ObservabilityReport observability;    ///< The last one.
+  std::optional<double> true_error_mm;  ///< At the end.
   double lowest_trigger_value{0.0};
   std::int64_t camera_moves{0};
-  std::int64_t limit_violations{0};      ///< As the simulator's monitor counted them.
+  std::int64_t limit_violations{0};  ///< As the simulator's monitor counted them.
 };
 
 /// Comma-separated samples with a header line that names columns and units.

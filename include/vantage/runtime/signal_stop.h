@@ -27,7 +27,7 @@ class SignalStop {
   void Request() noexcept;
 
   /// Waits until the flag is set, at most `timeout`. True when it is set. One thread at a time.
-  bool WaitFor(Duration timeout) const noexcept;
+  [[nodiscard]] bool WaitFor(Duration timeout) const noexcept;
 
  private:
   struct sigaction old_int_ {};

@@ -20,8 +20,8 @@ class CameraTask {
  private:
   ServoTask task_;
   ActiveCamera camera_;
-  std::vector<Eigen::Vector3d> p_EM_;   // markers on the end effector
-  std::vector<Eigen::Vector3d> p_WG_;   // goal that q_goal_ was solved for
+  std::vector<Eigen::Vector3d> p_EM_;  // markers on the end effector
+  std::vector<Eigen::Vector3d> p_WG_;  // goal that q_goal_ was solved for
   JointVector q_goal_;
 };
 

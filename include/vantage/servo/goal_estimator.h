@@ -23,11 +23,13 @@ class GoalPointEstimator {
   /// @return false, and nothing changed, when the estimate is not in front of the camera, the pixel
   ///   is not finite, or it lies further than `gate` standard deviations from what is expected.
   /// Real-time safe.
-  bool Update(const CameraModel& camera, const Eigen::Isometry3d& X_WC, const Eigen::Vector2d& pixel,
-              double sigma_px, double gate = 5.0) noexcept;
+  bool Update(const CameraModel& camera, const Eigen::Isometry3d& X_WC,
+              const Eigen::Vector2d& pixel, double sigma_px, double gate = 5.0) noexcept;
 
-  [[nodiscard]] const Eigen::Vector3d& p_WG() const noexcept { return p_WG_; }           ///< [m].
-  [[nodiscard]] const Eigen::Matrix3d& covariance() const noexcept { return covariance_; }  ///< [m²].
+  [[nodiscard]] const Eigen::Vector3d& p_WG() const noexcept { return p_WG_; }  ///< [m].
+  [[nodiscard]] const Eigen::Matrix3d& covariance() const noexcept {
+    return covariance_;
+  }  ///< [m²].
 
  private:
   Eigen::Vector3d p_WG_;

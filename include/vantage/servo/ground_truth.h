@@ -11,10 +11,10 @@ namespace vantage {
 /// controller has no access to it.
 struct GroundTruth {
   Time stamp{};
-  JointVector q;                        ///< True joints [rad or m].
-  double worst_error{0.0};              ///< Largest distance of a marker to its goal point [m].
-  double rms_error{0.0};                ///< Root mean square of the same [m].
-  std::int64_t limit_violations{0};     ///< Commands and motion outside the arm's limits so far.
+  JointVector q;                     ///< True joints [rad or m].
+  double worst_error{0.0};           ///< Largest distance of a marker to its goal point [m].
+  double rms_error{0.0};             ///< Root mean square of the same [m].
+  std::int64_t limit_violations{0};  ///< Commands and motion outside the arm's limits so far.
 };
 
 }  // namespace vantage

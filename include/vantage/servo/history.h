@@ -38,8 +38,8 @@ class History {
       const int older = Index(i);
       if (stamps_[older] > time) continue;
       const int newer = Index(i - 1);
-      const double fraction = ToSeconds(time - stamps_[older]) /
-                              ToSeconds(stamps_[newer] - stamps_[older]);
+      const double fraction =
+          ToSeconds(time - stamps_[older]) / ToSeconds(stamps_[newer] - stamps_[older]);
       return interpolate(values_[older], values_[newer], fraction);
     }
     return values_[Index(count_ - 1)];

@@ -28,11 +28,11 @@ enum class ServoState : int {
 /// Why a servo holds, or why it stopped.
 enum class HoldReason : int {
   kNone = 0,
-  kNoJointState = 1,       ///< None yet.
-  kStaleJointState = 2,    ///< Older than its limit.
+  kNoJointState = 1,     ///< None yet.
+  kStaleJointState = 2,  ///< Older than its limit.
   kNoCameraPose = 3,
   kStaleCameraPose = 4,
-  kNoFeatures = 5,         ///< No image yet.
+  kNoFeatures = 5,  ///< No image yet.
   kStaleFeatures = 6,
   kTooFewFeatures = 7,     ///< Fewer rows seen than the task needs.
   kNotFinite = 8,          ///< A NaN or infinity in an input or a result.
@@ -52,15 +52,15 @@ enum class HoldReason : int {
 /// Live observability: content of the OBSERVABILITY channel.
 struct ObservabilityReport {
   Time stamp{};
-  std::int64_t seq{0};              ///< Control periods since the start.
-  int k{0}, m{6}, n{0};             ///< Feature rows, task dimension, joints.
+  std::int64_t seq{0};   ///< Control periods since the start.
+  int k{0}, m{6}, n{0};  ///< Feature rows, task dimension, joints.
   double w_v{0.0}, w_r{0.0}, w_c{0.0};
-  Measure composite;                ///< Singular values of J_c and what follows from them.
+  Measure composite;  ///< Singular values of J_c and what follows from them.
   double sigma_min_v{0.0}, sigma_min_r{0.0};
   /// Axes of the observability ellipsoid of J_c: column i is σ_i u_i in feature space [px/rad], k rows.
   TaskJacobian axes;
-  double mm_per_px{0.0};            ///< Worst motion of a marker that one pixel of error may hide [mm/px].
-  double threshold{0.0};            ///< Of the trigger, in the measure's unit.
+  double mm_per_px{0.0};  ///< Worst motion of a marker that one pixel of error may hide [mm/px].
+  double threshold{0.0};  ///< Of the trigger, in the measure's unit.
   double trigger_value{0.0};
   TriggerMeasure trigger_measure{TriggerMeasure::kGeometricMean};
   bool triggered{false};
@@ -76,14 +76,14 @@ struct ServoStatus {
   std::int64_t seq{0};
   ServoState state{ServoState::kIdle};
   HoldReason reason{HoldReason::kNone};
-  double error_px{0.0};               ///< Root mean square error of the feature rows [px].
+  double error_px{0.0};  ///< Root mean square error of the feature rows [px].
   int markers_seen{0}, markers_needed{0};
-  double loop_time_us{0.0};           ///< Execution time of the last period [us].
-  double loop_time_max_us{0.0};       ///< Largest since the start [us].
+  double loop_time_us{0.0};      ///< Execution time of the last period [us].
+  double loop_time_max_us{0.0};  ///< Largest since the start [us].
   std::int64_t deadline_misses{0};
-  std::int64_t refused_messages{0};   ///< Messages from outside that failed a check.
-  std::int64_t dropped_messages{0};   ///< Messages overwritten by newer ones before they were used.
-  std::int64_t stops{0};              ///< Times the servo went from moving to HOLDING or FAULT.
+  std::int64_t refused_messages{0};  ///< Messages from outside that failed a check.
+  std::int64_t dropped_messages{0};  ///< Messages overwritten by newer ones before they were used.
+  std::int64_t stops{0};             ///< Times the servo went from moving to HOLDING or FAULT.
 };
 
 }  // namespace vantage
