@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <sstream>
 
 #include "vantage/config/loaders.h"
 #include "vantage/math/error.h"
+#include "vantage/robot/urdf.h"
 
 namespace vantage {
 namespace {
@@ -80,6 +82,54 @@ Joints LoadJointList(const Section& section) {
   return joints;
 }
 
+bool IsUrdfPath(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension == ".urdf" || extension == ".xacro";
+}
+
+// A relative path is first looked for beside the file that names it.
+std::string PathBeside(const std::string& folder, const std::string& path) {
+  const std::filesystem::path beside = std::filesystem::path(folder) / path;
+  std::error_code error;
+  return !folder.empty() && std::filesystem::exists(beside, error) ? beside.string() : path;
+}
+
+ArmModel Remarked(const UrdfArm& urdf, RobotRemarks* remarks) {
+  if (remarks != nullptr) {
+    remarks->warnings.insert(remarks->warnings.end(), urdf.warnings.begin(), urdf.warnings.end());
+    remarks->notes.insert(remarks->notes.end(), urdf.notes.begin(), urdf.notes.end());
+  }
+  return urdf.arm;
+}
+
+ArmModel LoadUrdfSection(const Section& section, RobotRemarks* remarks) {
+  const std::string none;  // Section::Text() takes no empty text, but an empty default.
+  const std::string path = section.Text("urdf", kRequired, "URDF file, relative to this one.");
+  const std::string base_link = section.Text(
+      "base_link", none, "Link whose frame is the arm's base; the root link if absent.");
+  const std::string tip_link = section.Text(
+      "tip_link", none, "Link that ends the arm; the end of the longest chain if absent.");
+  UrdfOptions options;
+  options.package_folders = RosPackageFolders();
+  const std::string packages =
+      section.Text("package_folder", none, "Where package:// meshes are looked up first.");
+  if (!packages.empty()) {
+    options.package_folders.insert(options.package_folders.begin(),
+                                   PathBeside(section.folder(), packages));
+  }
+  options.acceleration_time =
+      section.Number("acceleration_time", {0.001, 100.0, "s"}, options.acceleration_time,
+                     "Each joint reaches its greatest speed in this time: URDF files do not say.");
+  const Eigen::Isometry3d X_WBase =
+      LoadPose(section, "base", false, "Pose of the base link in the world.");
+  const Eigen::Isometry3d X_TE =
+      LoadPose(section, "tool", false, "Pose of the end effector E in the tip link's frame.");
+  const ArmModel arm = Remarked(
+      LoadUrdfArm(PathBeside(section.folder(), path), base_link, tip_link, options), remarks);
+  return arm.WithBase(X_WBase).WithTool(arm.X_LastE() * X_TE);
+}
+
 std::vector<Capsule> LoadCapsules(const Section& section, const std::vector<std::string>& names) {
   Section::Names<int> links{{"base", -1}};
   for (std::size_t i = 0; i < names.size(); ++i) links.emplace_back(names[i], static_cast<int>(i));
@@ -100,7 +150,8 @@ std::vector<Capsule> LoadCapsules(const Section& section, const std::vector<std:
 
 }  // namespace
 
-ArmModel LoadRobot(const Section& section) {
+ArmModel LoadRobot(const Section& section, RobotRemarks* remarks) {
+  if (section.FormOf("urdf") != Section::Form::kAbsent) return LoadUrdfSection(section, remarks);
   const std::string name = section.Text("name", kRequired, "Name of the arm.");
   const auto convention = section.Choice<DhConvention>(
       "convention", {{"standard", DhConvention::kStandard}, {"modified", DhConvention::kModified}},
@@ -118,12 +169,27 @@ ArmModel LoadRobot(const Section& section) {
 }
 
 ArmModel FindRobot(const std::string& name_or_path, const std::string& folder,
-                   SchemaRecorder* recorder) {
+                   SchemaRecorder* recorder, RobotRemarks* remarks) {
+  if (IsUrdfPath(name_or_path)) {
+    UrdfOptions options;
+    options.package_folders = RosPackageFolders();
+    return Remarked(LoadUrdfArm(PathBeside(folder, name_or_path), "", "", options), remarks);
+  }
   const Section root =
       ParseConfig(FindConfigText(ConfigKind::kRobot, name_or_path, folder), recorder);
-  ArmModel arm = LoadRobot(root);
+  ArmModel arm = LoadRobot(root, remarks);
   root.RejectUnknownKeys();
   return arm;
+}
+
+ArmModel LoadRobotUnder(const Section& parent, const std::string& key, SchemaRecorder* recorder,
+                        RobotRemarks* remarks) {
+  const std::string help =
+      "The arm: a built-in one, a robot file (YAML or URDF), or its description.";
+  if (parent.FormOf(key) == Section::Form::kMapping) {
+    return LoadRobot(parent.Child(key, help), remarks);
+  }
+  return FindRobot(parent.Text(key, kRequired, help), parent.folder(), recorder, remarks);
 }
 
 JointVector LoadJoints(const Section& parent, const std::string& key, const ArmModel& arm,

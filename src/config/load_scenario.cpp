@@ -208,9 +208,8 @@ void LoadGoal(const Section& section, Scenario* scenario) {
   scenario->task.goal.prior_sigma = 1e-6;
 }
 
-ViewModel LoadView(const Section& root, SchemaRecorder* recorder) {
-  const ArmModel arm =
-      FindRobot(root.Text("robot", kRequired, "Built-in robot, or a robot file."), root.folder(), recorder);
+ViewModel LoadView(const Section& root, SchemaRecorder* recorder, RobotRemarks* remarks) {
+  const ArmModel arm = LoadRobotUnder(root, "robot", recorder, remarks);
   const CameraModel camera = LoadCamera(root.OptionalChild("camera", "Intrinsics of the camera."));
   const std::vector<Marker> markers =
       LoadMarkers(root, "markers", 1, kMaxPoints, "Dots on the end effector, in its frame.");
@@ -221,13 +220,18 @@ ViewModel LoadView(const Section& root, SchemaRecorder* recorder) {
 }  // namespace
 
 Scenario LoadScenario(const std::string& name_or_path, SchemaRecorder* recorder) {
-  const ConfigText text = FindConfigText(ConfigKind::kScenario, name_or_path);
+  return ReadScenario(FindConfigText(ConfigKind::kScenario, name_or_path),
+                      std::filesystem::path(name_or_path).stem().string(), recorder);
+}
+
+Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRecorder* recorder) {
   const Section root = ParseConfig(text, recorder);
   const std::string description =
       root.Text("description", std::string("-"), "One line about the scenario.");
-  const ViewModel view = LoadView(root, recorder);
+  RobotRemarks remarks;
+  const ViewModel view = LoadView(root, recorder, &remarks);
   const RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
-  Scenario scenario{std::filesystem::path(name_or_path).stem().string(),
+  Scenario scenario{name,
                     description,
                     {view, {}},
                     rig.rig,
@@ -236,7 +240,8 @@ Scenario LoadScenario(const std::string& name_or_path, SchemaRecorder* recorder)
                     {},
                     60.0,
                     {},
-                    {}};
+                    {},
+                    remarks};
   scenario.servo = LoadServo(root.OptionalChild("servo", "The control law and its limits."));
   scenario.active = LoadActive(root.OptionalChild("active", "The active camera."));
   scenario.time_limit = root.Number("time_limit", {0.1, 86400.0, "s"}, scenario.time_limit,

@@ -343,7 +343,7 @@ bool Section::Flag(const std::string& key, std::optional<bool> fallback,
 
 std::string Section::Text(const std::string& key, const std::optional<std::string>& fallback,
                           const std::string& help) const {
-  constexpr std::size_t kLongest = 200;
+  constexpr std::size_t kLongest = 1000;
   impl_->Record(key, {"", "text", "", "", fallback ? *fallback : "", help});
   const YAML::Node value = impl_->Get(key);
   if (!value.IsDefined()) {

@@ -28,12 +28,27 @@ namespace vantage {
 [[nodiscard]] Eigen::Isometry3d LoadCameraPose(const Section& parent, const std::string& key,
                                                const std::string& help);
 
-/// An arm, from the root of a robot file or from a mapping within another file.
-[[nodiscard]] ArmModel LoadRobot(const Section& section);
+/// What is to be said of an arm from a URDF file (see UrdfArm).
+struct RobotRemarks {
+  std::vector<std::string> warnings;
+  std::vector<std::string> notes;
+};
 
-/// The arm of a robot file: see FindConfigText() for `name_or_path` and `folder`.
+/// An arm, from the root of a robot file or from a mapping within another file: DH rows, or the path of
+/// a URDF file under `urdf`.
+/// @param remarks  Added to; may be null.
+[[nodiscard]] ArmModel LoadRobot(const Section& section, RobotRemarks* remarks = nullptr);
+
+/// The arm of a robot file, YAML or URDF (by its ending): see FindConfigText() for `name_or_path` and
+/// `folder`.
 [[nodiscard]] ArmModel FindRobot(const std::string& name_or_path, const std::string& folder = "",
-                                 SchemaRecorder* recorder = nullptr);
+                                 SchemaRecorder* recorder = nullptr,
+                                 RobotRemarks* remarks = nullptr);
+
+/// The arm under `key`: the name or path of a robot file, or a mapping as LoadRobot() reads it.
+[[nodiscard]] ArmModel LoadRobotUnder(const Section& parent, const std::string& key,
+                                      SchemaRecorder* recorder = nullptr,
+                                      RobotRemarks* remarks = nullptr);
 
 /// Joint values of `arm` under `key`_deg (all in degrees; arms without prismatic joints only) or under
 /// `key` (rad and m): one of them, within the arm's limits.

@@ -5,6 +5,7 @@
 
 #include "vantage/active/active_camera.h"
 #include "vantage/camera/camera_rig.h"
+#include "vantage/config/loaders.h"
 #include "vantage/config/schema.h"
 #include "vantage/config/sim_options.h"
 #include "vantage/servo/servo.h"
@@ -28,6 +29,7 @@ struct Scenario {
   SimOptions sim;           ///< For the simulator alone.
   /// Where the markers of the end effector truly have to go [m]; for the simulator alone.
   std::vector<Eigen::Vector3d> p_WG_true;
+  RobotRemarks remarks;  ///< Of the arm.
 };
 
 /// Loads a scenario: a YAML file, or a built-in one by its name.
@@ -35,6 +37,10 @@ struct Scenario {
 /// @param recorder  Told of each key that is read (for the reference); may be null.
 /// Throws ConfigError with file, line, key and bound.
 [[nodiscard]] Scenario LoadScenario(const std::string& name_or_path,
+                                    SchemaRecorder* recorder = nullptr);
+
+/// The same from text; relative paths in it are relative to text.folder.
+[[nodiscard]] Scenario ReadScenario(const ConfigText& text, const std::string& name,
                                     SchemaRecorder* recorder = nullptr);
 
 }  // namespace vantage

@@ -53,7 +53,7 @@ class Section {
   std::int64_t Integer(const std::string& key, std::int64_t lower, std::int64_t upper,
                        std::optional<std::int64_t> fallback, const std::string& help) const;
   bool Flag(const std::string& key, std::optional<bool> fallback, const std::string& help) const;
-  /// Any text that is not empty, of at most 200 characters without control characters.
+  /// Any text that is not empty, of at most 1000 characters without control characters.
   std::string Text(const std::string& key, const std::optional<std::string>& fallback,
                    const std::string& help) const;
   /// A list of min_count to max_count numbers.
