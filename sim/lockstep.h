@@ -38,8 +38,8 @@ class Lockstep {
 /// Outcome of a whole run.
 struct LockstepRun {
   RunSummary summary;
-  std::vector<RunSample> samples;   ///< 50 per simulated second.
-  GroundTruth truth;                ///< At the end.
+  std::vector<RunSample> samples;  ///< 50 per simulated second.
+  GroundTruth truth;               ///< At the end.
 };
 
 /// Told of each sample as it is made; the world is the one it was made of.
@@ -48,6 +48,7 @@ using SampleListener =
                        const ServoStatus& status, World& world)>;
 
 /// Runs until the servo has converged, or for the scenario's time limit.
-[[nodiscard]] LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener = {});
+[[nodiscard]] LockstepRun RunLockstep(const Scenario& scenario,
+                                      const SampleListener& listener = {});
 
 }  // namespace vantage::sim

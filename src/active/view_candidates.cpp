@@ -76,7 +76,7 @@ double ReachOf(const CameraRig& rig) {
 void AddByArm(const CameraRig& rig, const RigVector& q_c, const Vector3d& aim_W, int count,
               std::vector<RigVector>* candidates) {
   constexpr double kNearest = 0.35, kFarthest = 1.6;  // [m]
-  constexpr int kArmSteps = 15;  // as exact as a first view needs
+  constexpr int kArmSteps = 15;                       // as exact as a first view needs
   const Eigen::Isometry3d X_WNow = RigPose(rig, q_c);
   const Vector3d shoulder_W =
       rig.joints[0].prismatic ? rig.X_WC_fixed.translation() : rig.joints[0].point_W;

@@ -70,24 +70,32 @@ int Run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   vantage::Arguments arguments;
   CLI::App app(
-      "Runs a scenario: simulated cell, servo, active camera. Ends when the servo has converged or at the "
+      "Runs a scenario: simulated cell, servo, active camera. Ends when the servo has converged or "
+      "at the "
       "time limit; exit code 0 only if it converged.",
       "vantage-run");
   app.add_option("scenario", arguments.scenario, "Built-in scenario (see --list) or a YAML file")
       ->capture_default_str();
   app.add_flag("--list", arguments.list, "Lists the built-in scenarios and ends");
   app.add_option("--camera", arguments.camera, "active: moves to better views; fixed: stays")
-      ->check(CLI::IsMember({"active", "fixed"}))->capture_default_str();
-  app.add_option("--time-limit", arguments.time_limit, "Gives up after this long [s], instead of the scenario's")
+      ->check(CLI::IsMember({"active", "fixed"}))
+      ->capture_default_str();
+  app.add_option("--time-limit", arguments.time_limit,
+                 "Gives up after this long [s], instead of the scenario's")
       ->check(CLI::Range(0.1, 86400.0));
-  app.add_option("--seed", arguments.seed, "Seed of every random number, instead of the scenario's");
-  app.add_option("--out", arguments.out, "Folder that the run folder is made in")->capture_default_str();
+  app.add_option("--seed", arguments.seed,
+                 "Seed of every random number, instead of the scenario's");
+  app.add_option("--out", arguments.out, "Folder that the run folder is made in")
+      ->capture_default_str();
   app.add_flag("--lockstep", arguments.lockstep,
                "Simulated time in one process: no LCM, faster, the same numbers every time");
   app.add_option("--image-rate", arguments.image_rate, "CAMERA_IMAGE messages [1/s]; 0: none")
-      ->check(CLI::Range(0.0, 30.0))->capture_default_str();
-  app.add_option("--priority", arguments.priority, "SCHED_FIFO priority of the control thread; 0: none")
-      ->check(CLI::Range(0, 99))->capture_default_str();
+      ->check(CLI::Range(0.0, 30.0))
+      ->capture_default_str();
+  app.add_option("--priority", arguments.priority,
+                 "SCHED_FIFO priority of the control thread; 0: none")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
   return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
 }

@@ -37,17 +37,18 @@ ServoOptions LoadServo(const Section& section) {
   ServoOptions servo;
   servo.period = section.Number("period", {0.0005, 0.1, "s"}, defaults.period, "Control period.");
   servo.law = LoadLaw(section);
-  const Section staleness =
-      section.OptionalChild("staleness", "Greatest ages of inputs; older ones make the servo hold.");
+  const Section staleness = section.OptionalChild(
+      "staleness", "Greatest ages of inputs; older ones make the servo hold.");
   const Range age{0.001, 10.0, "s"};
   servo.staleness.joint_state =
       staleness.Number("joint_state", age, defaults.staleness.joint_state, "Joint state.");
   servo.staleness.camera_pose =
       staleness.Number("camera_pose", age, defaults.staleness.camera_pose, "Camera pose.");
-  servo.staleness.features =
-      staleness.Number("features", age, defaults.staleness.features, "Exposure of the newest image.");
-  servo.staleness.marker = staleness.Number("marker", {0.0, 10.0, "s"}, defaults.staleness.marker,
-                                            "A marker not seen is carried on by the model this long.");
+  servo.staleness.features = staleness.Number("features", age, defaults.staleness.features,
+                                              "Exposure of the newest image.");
+  servo.staleness.marker =
+      staleness.Number("marker", {0.0, 10.0, "s"}, defaults.staleness.marker,
+                       "A marker not seen is carried on by the model this long.");
   const Section convergence = section.OptionalChild("convergence", "When the task counts as done.");
   servo.convergence.tolerance_px =
       convergence.Number("tolerance_px", {0.001, 1000.0, "px"}, defaults.convergence.tolerance_px,
@@ -55,16 +56,17 @@ ServoOptions LoadServo(const Section& section) {
   servo.convergence.settle_time =
       convergence.Number("settle_time", {0.0, 60.0, "s"}, defaults.convergence.settle_time,
                          "The error must stay below the tolerance this long.");
-  servo.convergence.max_mm_per_px =
-      convergence.Number("max_mm_per_px", {0.001, 1e6, "mm/px"}, defaults.convergence.max_mm_per_px,
-                         "Worst motion of a marker that one pixel may hide: the view's certificate.");
+  servo.convergence.max_mm_per_px = convergence.Number(
+      "max_mm_per_px", {0.001, 1e6, "mm/px"}, defaults.convergence.max_mm_per_px,
+      "Worst motion of a marker that one pixel may hide: the view's certificate.");
   servo.stall_time = section.Number("stall_time", {0.1, 60.0, "s"}, defaults.stall_time,
                                     "An error that does not fall for this long is a stall.");
-  servo.feature_noise_px = section.Number("feature_noise_px", {0.001, 100.0, "px"},
-                                          defaults.feature_noise_px,
-                                          "Standard deviation of a measured pixel coordinate.");
-  servo.calibration_px = section.Number("calibration_px", {0.0, 100.0, "px"}, defaults.calibration_px,
-                                        "By how much errors of calibration shift a whole image.");
+  servo.feature_noise_px =
+      section.Number("feature_noise_px", {0.001, 100.0, "px"}, defaults.feature_noise_px,
+                     "Standard deviation of a measured pixel coordinate.");
+  servo.calibration_px =
+      section.Number("calibration_px", {0.0, 100.0, "px"}, defaults.calibration_px,
+                     "By how much errors of calibration shift a whole image.");
   return servo;
 }
 
@@ -72,8 +74,9 @@ ActiveOptions LoadActive(const Section& section) {
   const ActiveOptions defaults;
   ActiveOptions active;
   active.enabled = section.Flag("enabled", defaults.enabled, "Whether the camera may move.");
-  active.replan_interval = section.Number("replan_interval", {0.01, 60.0, "s"},
-                                          defaults.replan_interval, "Least time between two plans.");
+  active.replan_interval =
+      section.Number("replan_interval", {0.01, 60.0, "s"}, defaults.replan_interval,
+                     "Least time between two plans.");
   active.look_ahead = section.Number("look_ahead", {0.0, 10.0, "s"}, defaults.look_ahead,
                                      "A marker predicted to be lost within this time fires too.");
   const Section trigger = section.OptionalChild("trigger", "When the camera is asked to move.");
@@ -83,20 +86,22 @@ ActiveOptions LoadActive(const Section& section) {
        {"composite_w", TriggerMeasure::kCompositeW},
        {"sigma_min", TriggerMeasure::kSigmaMin},
        {"inverse_condition", TriggerMeasure::kInverseCondition}},
-      defaults.trigger.measure, "geometric_mean is w_c^(1/s) in px/rad, composite_w is w_c itself.");
-  active.trigger.threshold = trigger.Number("threshold", {1e-12, 1e24, ""}, defaults.trigger.threshold,
-                                            "The camera moves below it; in the measure's unit.");
-  active.trigger.hysteresis = trigger.Number("hysteresis", {1.0, 100.0, ""},
-                                             defaults.trigger.hysteresis,
-                                             "Armed again above hysteresis times the threshold.");
+      defaults.trigger.measure,
+      "geometric_mean is w_c^(1/s) in px/rad, composite_w is w_c itself.");
+  active.trigger.threshold =
+      trigger.Number("threshold", {1e-12, 1e24, ""}, defaults.trigger.threshold,
+                     "The camera moves below it; in the measure's unit.");
+  active.trigger.hysteresis =
+      trigger.Number("hysteresis", {1.0, 100.0, ""}, defaults.trigger.hysteresis,
+                     "Armed again above hysteresis times the threshold.");
   active.trigger.debounce = static_cast<int>(trigger.Integer(
       "debounce", 1, 1000, defaults.trigger.debounce, "Evaluations in a row that fire."));
   const Section planner = section.OptionalChild("planner", "How a better view is sought.");
   PlannerOptions& plan = active.planner;
-  plan.candidates = static_cast<int>(
-      planner.Integer("candidates", 8, 100000, plan.candidates, "Camera positions tried per plan."));
-  plan.path_samples = static_cast<int>(planner.Integer(
-      "path_samples", 1, 100, plan.path_samples, "Configurations each one is scored at."));
+  plan.candidates = static_cast<int>(planner.Integer("candidates", 8, 100000, plan.candidates,
+                                                     "Camera positions tried per plan."));
+  plan.path_samples = static_cast<int>(planner.Integer("path_samples", 1, 100, plan.path_samples,
+                                                       "Configurations each one is scored at."));
   plan.travel_cost = planner.Number("travel_cost", {0.0, 100.0, "1/m"}, plan.travel_cost,
                                     "Cost of camera travel, in units of log w / s.");
   plan.cap = planner.Number("cap", {1.0, 1e6, ""}, plan.cap,
@@ -107,14 +112,14 @@ ActiveOptions LoadActive(const Section& section) {
   ViewLimits& view = plan.limits;
   view.margin = limits.Number("margin", {0.0, 10000.0, "px"}, view.margin,
                               "Distance of markers to the image's border.");
-  view.min_depth = limits.Number("min_depth", {0.001, 1e4, "m"}, view.min_depth,
-                                 "Least depth of a marker.");
-  view.max_depth = limits.Number("max_depth", {0.001, 1e4, "m"}, view.max_depth,
-                                 "Greatest depth of a marker.");
+  view.min_depth =
+      limits.Number("min_depth", {0.001, 1e4, "m"}, view.min_depth, "Least depth of a marker.");
+  view.max_depth =
+      limits.Number("max_depth", {0.001, 1e4, "m"}, view.max_depth, "Greatest depth of a marker.");
   if (view.max_depth <= view.min_depth) limits.Fail("max_depth", "must be above min_depth");
-  view.max_incidence = limits.Degrees("max_incidence_deg", {1.0, 90.0, "deg"},
-                                      view.max_incidence * 180.0 / 3.141592653589793,
-                                      "Greatest angle between a marker's normal and the ray to it.");
+  view.max_incidence = limits.Degrees(
+      "max_incidence_deg", {1.0, 90.0, "deg"}, view.max_incidence * 180.0 / 3.141592653589793,
+      "Greatest angle between a marker's normal and the ray to it.");
   return active;
 }
 
@@ -122,7 +127,8 @@ SimOptions LoadSim(const Section& section, const ArmModel& arm) {
   SimOptions sim;
   sim.q_start = LoadJoints(section, "start_joints", arm, "True joints at the start.");
   sim.step = section.Number("step", {1e-4, 0.01, "s"}, sim.step, "Step of the plants.");
-  sim.seed = static_cast<std::uint64_t>(section.Integer("seed", 0, 1000000000, 1, "Of every random number."));
+  sim.seed = static_cast<std::uint64_t>(
+      section.Integer("seed", 0, 1000000000, 1, "Of every random number."));
   const Section effects = section.OptionalChild("arm", "Effects of a real arm.");
   ArmEffects& a = sim.arm;
   a.lag = effects.Number("lag", {0.0, 1.0, "s"}, a.lag, "Time constant of the velocity loop.");
@@ -159,10 +165,10 @@ std::vector<Vector3d> Points(const Isometry3d& X_WE, const std::vector<Marker>& 
 // are to the simulator.
 void LoadSeenGoal(const Section& seen, std::size_t count, Scenario* scenario) {
   ServoGoal& goal = scenario->task.goal;
-  const std::vector<Marker> truth =
-      LoadMarkers(seen, "markers", static_cast<int>(count), static_cast<int>(count),
-                  "Markers in the scene, one for each of the end effector's; positions in the world, "
-                  "for the simulator alone.");
+  const std::vector<Marker> truth = LoadMarkers(
+      seen, "markers", static_cast<int>(count), static_cast<int>(count),
+      "Markers in the scene, one for each of the end effector's; positions in the world, "
+      "for the simulator alone.");
   goal.offset_W = seen.Vector3("offset", {-10.0, 10.0, "m"}, Vector3d(0.0, 0.0, 0.0),
                                "From each marker of the goal to its goal point, in world axes.");
   goal.prior_sigma = seen.Number("prior_sigma", {1e-4, 10.0, "m"}, goal.prior_sigma,
@@ -173,7 +179,8 @@ void LoadSeenGoal(const Section& seen, std::size_t count, Scenario* scenario) {
   for (const Marker& marker : truth) {
     for (const Marker& own : scenario->task.view.markers) {
       if (own.id == marker.id) {
-        seen.Fail("markers", "id " + std::to_string(marker.id) + " is a marker of the end effector");
+        seen.Fail("markers",
+                  "id " + std::to_string(marker.id) + " is a marker of the end effector");
       }
     }
     goal.marker_ids.push_back(marker.id);
@@ -194,8 +201,8 @@ void LoadGoal(const Section& section, Scenario* scenario) {
     section.Fail("", "needs one of joints (or joints_deg), end_effector, seen");
   }
   if (seen) {
-    LoadSeenGoal(section.Child("seen", "A goal that markers in the scene show."), view.markers.size(),
-                 scenario);
+    LoadSeenGoal(section.Child("seen", "A goal that markers in the scene show."),
+                 view.markers.size(), scenario);
     return;
   }
   const Isometry3d X_WE =
@@ -231,17 +238,8 @@ Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRec
   RobotRemarks remarks;
   const ViewModel view = LoadView(root, recorder, &remarks);
   const RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
-  Scenario scenario{name,
-                    description,
-                    {view, {}},
-                    rig.rig,
-                    rig.q_c_start,
-                    {},
-                    {},
-                    60.0,
-                    {},
-                    {},
-                    remarks};
+  Scenario scenario{name, description, {view, {}}, rig.rig, rig.q_c_start, {},
+                    {},   60.0,        {},         {},      remarks};
   scenario.servo = LoadServo(root.OptionalChild("servo", "The control law and its limits."));
   scenario.active = LoadActive(root.OptionalChild("active", "The active camera."));
   scenario.time_limit = root.Number("time_limit", {0.1, 86400.0, "s"}, scenario.time_limit,

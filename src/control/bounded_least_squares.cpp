@@ -80,7 +80,8 @@ bool StepToBound(const JointVector& z, const JointVector& lower, const JointVect
 int WorstViolation(const JointMatrix& H, const JointVector& g, const JointVector& lower,
                    const JointVector& upper, const ActiveSet& set) {
   const JointVector gradient = H * set.x - g;
-  const double tolerance = 1e-12 * (g.lpNorm<Eigen::Infinity>() + gradient.lpNorm<Eigen::Infinity>());
+  const double tolerance =
+      1e-12 * (g.lpNorm<Eigen::Infinity>() + gradient.lpNorm<Eigen::Infinity>());
   double worst = tolerance;
   int index = -1;
   for (int i = 0; i < g.size(); ++i) {

@@ -42,7 +42,8 @@ VelocityBounds ComputeVelocityBounds(const std::vector<JointLimits>& limits, con
     const double upper = std::min(limit.velocity, up);
     bounds.lower(i) = std::clamp(lower, slowest, fastest);
     bounds.upper(i) = std::max(bounds.lower(i), std::clamp(upper, slowest, fastest));
-    if (lower > upper) bounds.lower(i) = bounds.upper(i) = std::clamp(0.5 * (lower + upper), slowest, fastest);
+    if (lower > upper)
+      bounds.lower(i) = bounds.upper(i) = std::clamp(0.5 * (lower + upper), slowest, fastest);
   }
   return bounds;
 }
@@ -70,7 +71,8 @@ ServoLawResult ServoLaw(const ServoLawOptions& options, const FeatureVector& e,
   assert(J_c.cols() == n && J_c.rows() == e.size() && e_rate.size() == e.size());
   ServoLawResult result;
   result.qdot = JointVector::Zero(n);
-  if (system.measure.status != MeasureStatus::kOk || !e.allFinite() || !e_rate.allFinite()) return result;
+  if (system.measure.status != MeasureStatus::kOk || !e.allFinite() || !e_rate.allFinite())
+    return result;
 
   const double max_error = e.lpNorm<Eigen::Infinity>();
   result.lambda = AdaptiveGain(options, max_error);
@@ -96,7 +98,8 @@ ServoLawResult ServoLaw(const ServoLawOptions& options, const FeatureVector& e,
   if (!free.allFinite()) return result;
   result.finite = true;
 
-  if ((free.array() >= bounds.lower.array()).all() && (free.array() <= bounds.upper.array()).all()) {
+  if ((free.array() >= bounds.lower.array()).all() &&
+      (free.array() <= bounds.upper.array()).all()) {
     result.qdot = free;
     return result;
   }

@@ -39,7 +39,9 @@ Vector2d Normalised(const CameraModel& camera, const Vector2d& pixel) {
   return {(pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y};
 }
 
-double Age(Time now, Time stamp) { return ToSeconds(now - stamp); }
+double Age(Time now, Time stamp) {
+  return ToSeconds(now - stamp);
+}
 
 void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
   int kept = 0;
@@ -69,11 +71,12 @@ void CheckSizes(const ServoTask& task, const ServoOptions& options) {
     throw ConfigError("", key, reason);
   };
   if (count == 0 || count > kMaxPoints) {
-    fail("markers", "needs 1 to " + std::to_string(kMaxPoints) + " markers, has " + std::to_string(count));
+    fail("markers",
+         "needs 1 to " + std::to_string(kMaxPoints) + " markers, has " + std::to_string(count));
   }
   if (task.view.features.num_points() != static_cast<int>(count)) {
-    fail("features", "are over " + std::to_string(task.view.features.num_points()) + " points, markers are " +
-                         std::to_string(count));
+    fail("features", "are over " + std::to_string(task.view.features.num_points()) +
+                         " points, markers are " + std::to_string(count));
   }
   if (task.goal.p_WG.size() != count) fail("goal", "needs one point for each marker");
   if (!task.goal.marker_ids.empty() && task.goal.marker_ids.size() != count) {
@@ -153,7 +156,9 @@ bool Servo::Accept(const ImageFeatures& features, Time now) noexcept {
   return true;
 }
 
-void Servo::Accept(const ActiveOutput& active) noexcept { active_ = active; }
+void Servo::Accept(const ActiveOutput& active) noexcept {
+  active_ = active;
+}
 
 HoldReason Servo::CheckInputs(Time now) const noexcept {
   const StalenessLimits& limits = options_.staleness;
@@ -263,9 +268,8 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   // Flow of the error under the camera's own motion: that of the features less that of their goals.
   const FeatureVector e_rate = (current_rows_.L - goal_rows_.L) * V_WC_C;
   const auto& limits = task_.view.arm.limits();
-  const ServoLawResult law =
-      ServoLaw(options_.law, output_.error, J_c, system, e_rate,
-               ComputeVelocityBounds(limits, q_, qdot_, dt_));
+  const ServoLawResult law = ServoLaw(options_.law, output_.error, J_c, system, e_rate,
+                                      ComputeVelocityBounds(limits, q_, qdot_, dt_));
   if (!law.finite) return HoldReason::kNotFinite;
   Command(now, law.qdot);
   return HoldReason::kNone;
@@ -316,8 +320,7 @@ void Servo::JudgeProgress(Time now) noexcept {
   } else if (!below_since_) {
     below_since_ = now;
   }
-  if (!best_since_ || error < kProgress * best_error_ ||
-      moving) {
+  if (!best_since_ || error < kProgress * best_error_ || moving) {
     best_error_ = error;
     best_since_ = now;
   }
@@ -337,8 +340,9 @@ void Servo::Command(Time now, const JointVector& qdot) noexcept {
   output_.command.stamp = now;
   output_.command.qdot = qdot;
   // At rest the position command follows the arm, so that it never jumps when motion resumes.
-  output_.command.q =
-      qdot.isZero(0.0) && !joints_.empty() ? joints_.newest() : JointVector(output_.command.q + dt_ * qdot);
+  output_.command.q = qdot.isZero(0.0) && !joints_.empty()
+                          ? joints_.newest()
+                          : JointVector(output_.command.q + dt_ * qdot);
 }
 
 const ServoOutput& Servo::Step(Time now) noexcept {
@@ -370,8 +374,8 @@ const ServoOutput& Servo::Step(Time now) noexcept {
     stalled_ = false;
     status.reason = reason;
     const bool waiting = before == ServoState::kIdle || before == ServoState::kAcquiring;
-    status.state = !enabled_ ? ServoState::kIdle
-                             : (waiting ? ServoState::kAcquiring : ServoState::kHolding);
+    status.state =
+        !enabled_ ? ServoState::kIdle : (waiting ? ServoState::kAcquiring : ServoState::kHolding);
     const bool moved = before == ServoState::kServoing || before == ServoState::kRepositioning ||
                        before == ServoState::kConverged;
     if (moved) ++status.stops;

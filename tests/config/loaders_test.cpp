@@ -411,9 +411,9 @@ TEST_P(LoadRigRefuses, WithOneLine) {
 INSTANTIATE_TEST_SUITE_P(
     Edits, LoadRigRefuses,
     ::testing::Values(
-        Edit{
-            "UnknownKind", "spherical", "crane",
-            "file.yaml:1: kind: must be one of fixed, spherical, pan_tilt, rail, free, arm, is 'crane'"},
+        Edit{"UnknownKind", "spherical", "crane",
+             "file.yaml:1: kind: must be one of fixed, spherical, pan_tilt, rail, free, arm, is "
+             "'crane'"},
         Edit{"UnknownOrientation", "fixed_down", "up",
              "file.yaml:2: orientation: must be one of look_at, fixed_down, is 'up'"},
         Edit{"NoTarget", "target: [0.1, 0.2, 0.3]\n", "", "file.yaml:1: target: missing"},

@@ -108,7 +108,10 @@ TEST(OracleCase, NamesTheIdsThereAre) {
 TEST(OracleCase, RefusesAFileThatIsNotThereOrNotJson) {
   EXPECT_NE(Refusal([] { (void)ReadJsonFile("/no/such.json"); }).find("cannot be opened"),
             std::string::npos);
-  EXPECT_NE(Refusal([] { (void)ReadJsonFile(VANTAGE_TEST_DATA "/../CMakeLists.txt"); }).find("parse error"), std::string::npos);
+  EXPECT_NE(Refusal([] {
+              (void)ReadJsonFile(VANTAGE_TEST_DATA "/../CMakeLists.txt");
+            }).find("parse error"),
+            std::string::npos);
 }
 
 struct Fault {

@@ -5,15 +5,15 @@
 namespace vantage {
 
 /// n×n matrix of joints.
-using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
-                                  kMaxJoints, kMaxJoints>;
+using JointMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
 
 /// Minimiser of ½ xᵀ H x - gᵀ x within lower <= x <= upper, by an active set that starts from
 /// `start` clamped to the box.
 struct BoxSolution {
-  JointVector x;          ///< Within the box, exactly.
-  int active{0};          ///< Components at a bound.
-  bool optimal{false};    ///< The Karush-Kuhn-Tucker conditions hold; false: iteration limit reached.
+  JointVector x;        ///< Within the box, exactly.
+  int active{0};        ///< Components at a bound.
+  bool optimal{false};  ///< The Karush-Kuhn-Tucker conditions hold; false: iteration limit reached.
 };
 
 /// @param H      n×n, symmetric positive definite.

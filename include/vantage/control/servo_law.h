@@ -14,18 +14,18 @@ namespace vantage {
 /// Gains of the law. The gain falls from `gain_at_zero` to `gain_at_infinity` as the error grows, in
 /// ViSP's form λ(x) = (λ0 - λ∞) exp(-x slope / (λ0 - λ∞)) + λ∞ with x = max |e| [px].
 struct ServoLawOptions {
-  double gain_at_zero{3.0};       ///< λ near the goal [1/s]; > 0.
-  double gain_at_infinity{1.2};   ///< λ far from it [1/s]; > 0, <= gain_at_zero.
-  double gain_slope{0.02};        ///< Slope at zero error [1/(s px)]; >= 0.
-  double damping{2.0};            ///< Largest μ of the damped inverse [px/rad]; >= 0.
-  double damping_onset{20.0};     ///< σ_min below which damping sets in [px/rad]; >= 0.
-  double max_error_rate{800.0};   ///< Bound on the image speed asked for, max over rows [px/s]; > 0.
+  double gain_at_zero{3.0};      ///< λ near the goal [1/s]; > 0.
+  double gain_at_infinity{1.2};  ///< λ far from it [1/s]; > 0, <= gain_at_zero.
+  double gain_slope{0.02};       ///< Slope at zero error [1/(s px)]; >= 0.
+  double damping{2.0};           ///< Largest μ of the damped inverse [px/rad]; >= 0.
+  double damping_onset{20.0};    ///< σ_min below which damping sets in [px/rad]; >= 0.
+  double max_error_rate{800.0};  ///< Bound on the image speed asked for, max over rows [px/s]; > 0.
 };
 
 /// What bounds a joint in this period, after velocity, acceleration and position limits are put
 /// together.
 struct VelocityBounds {
-  JointVector lower, upper;   ///< [rad/s or m/s]; lower <= upper.
+  JointVector lower, upper;  ///< [rad/s or m/s]; lower <= upper.
 };
 
 /// Bounds on the joint velocity of the next period such that every later period can still respect
@@ -49,11 +49,11 @@ struct VelocityBounds {
 
 /// Outcome of one period.
 struct ServoLawResult {
-  JointVector qdot;            ///< Within the bounds; zero when not finite.
-  bool finite{false};          ///< False: an input or the result was not; qdot is zero.
-  int bounds_active{0};        ///< Joints that stand at a bound.
-  double lambda{0.0};          ///< Gain used [1/s].
-  double damping{0.0};         ///< μ used [px/rad].
+  JointVector qdot;      ///< Within the bounds; zero when not finite.
+  bool finite{false};    ///< False: an input or the result was not; qdot is zero.
+  int bounds_active{0};  ///< Joints that stand at a bound.
+  double lambda{0.0};    ///< Gain used [1/s].
+  double damping{0.0};   ///< μ used [px/rad].
 };
 
 /// min ‖J_c q̇ + λ e + ė_ext‖² + μ² ‖q̇‖² subject to bounds.lower <= q̇ <= bounds.upper.

@@ -30,8 +30,8 @@ struct ServoGoal {
   std::vector<int> marker_ids;
   /// Goal points stand this far from the goal's markers, so that the arm does not hide them [m]; known.
   Eigen::Vector3d offset_W{Eigen::Vector3d::Zero()};
-  double prior_sigma{0.05};           ///< Standard deviation of a prior [m]; > 0.
-  double marker_radius{0.01};         ///< Of the goal's markers [m].
+  double prior_sigma{0.05};              ///< Standard deviation of a prior [m]; > 0.
+  double marker_radius{0.01};            ///< Of the goal's markers [m].
   std::vector<Eigen::Vector3d> normals;  ///< Of the goal's markers in the world; as long as p_WG.
 };
 
@@ -43,16 +43,16 @@ struct ServoTask {
 
 /// Result of one control period.
 struct ServoOutput {
-  JointCommand command;               ///< Safe to send whatever the status says.
-  ServoStatus status;                 ///< Loop times and message counters are the caller's to fill in.
+  JointCommand command;  ///< Safe to send whatever the status says.
+  ServoStatus status;    ///< Loop times and message counters are the caller's to fill in.
   ObservabilityReport observability;
-  FeatureVector error;                ///< Image error e, row by row [px, rad, px²].
+  FeatureVector error;  ///< Image error e, row by row [px, rad, px²].
 };
 
 /// What the active camera needs of one period: everything in it is measured or estimated.
 struct ServoSnapshot {
-  bool valid{false};                  ///< False until all inputs were seen once.
-  ActiveInputs active;                ///< q_goal and goal_markers are the camera task's to fill in.
+  bool valid{false};    ///< False until all inputs were seen once.
+  ActiveInputs active;  ///< q_goal and goal_markers are the camera task's to fill in.
   std::array<Eigen::Vector3d, kMaxPoints> p_WG{};      ///< Estimated goal points [m].
   std::array<Eigen::Vector3d, kMaxPoints> p_marker{};  ///< Estimated markers of the goal [m].
   int goal_count{0};
@@ -121,9 +121,9 @@ class Servo {
   Time last_step_{};
 
   // Of the period under way.
-  double dt_{0.0};                // since the last one, at most the nominal period [s]
-  JointVector q_;                 // now
-  JointVector qdot_;              // last commanded
+  double dt_{0.0};    // since the last one, at most the nominal period [s]
+  JointVector q_;     // now
+  JointVector qdot_;  // last commanded
   Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};
   Kinematics kinematics_;
   PointViews current_, wanted_;
@@ -131,8 +131,8 @@ class Servo {
   std::vector<PointJacobian> point_jacobians_;
 
   // Convergence and stall.
-  std::optional<Time> below_since_;   // error below the tolerance
-  std::optional<Time> best_since_;    // smallest error so far
+  std::optional<Time> below_since_;  // error below the tolerance
+  std::optional<Time> best_since_;   // smallest error so far
   double best_error_{0.0};
   bool stalled_{false};
 

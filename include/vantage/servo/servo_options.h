@@ -6,17 +6,17 @@ namespace vantage {
 
 /// How long an input may be used, and how old it may get.
 struct StalenessLimits {
-  double joint_state{0.05};   ///< [s]; > 0.
-  double camera_pose{0.25};   ///< [s]; > 0.
-  double features{0.25};      ///< Age of the newest image's exposure [s]; > 0.
+  double joint_state{0.05};  ///< [s]; > 0.
+  double camera_pose{0.25};  ///< [s]; > 0.
+  double features{0.25};     ///< Age of the newest image's exposure [s]; > 0.
   /// A marker that the newest image does not show is carried on by the model for this long [s]; >= 0.
   double marker{0.15};
 };
 
 /// When a servo counts as converged.
 struct ConvergenceOptions {
-  double tolerance_px{1.0};      ///< Root mean square error of the feature rows [px]; > 0.
-  double settle_time{0.5};       ///< The error must stay below the tolerance this long [s]; >= 0.
+  double tolerance_px{1.0};  ///< Root mean square error of the feature rows [px]; > 0.
+  double settle_time{0.5};   ///< The error must stay below the tolerance this long [s]; >= 0.
   /// The view must certify the result: the worst motion of a marker that one pixel of error may hide
   /// [mm/px]; > 0.
   double max_mm_per_px{8.0};
@@ -24,12 +24,12 @@ struct ConvergenceOptions {
 
 /// Options of one servo.
 struct ServoOptions {
-  double period{0.002};              ///< Control period [s]; in [0.0005, 0.1].
+  double period{0.002};  ///< Control period [s]; in [0.0005, 0.1].
   ServoLawOptions law;
   StalenessLimits staleness;
   ConvergenceOptions convergence;
-  double stall_time{1.5};            ///< Error not falling for this long counts as stalled [s]; > 0.
-  double feature_noise_px{0.3};      ///< Standard deviation of a measured pixel coordinate [px]; > 0.
+  double stall_time{1.5};        ///< Error not falling for this long counts as stalled [s]; > 0.
+  double feature_noise_px{0.3};  ///< Standard deviation of a measured pixel coordinate [px]; > 0.
   /// By how much errors of calibration shift a whole image, one view against another [px]; >= 0.
   double calibration_px{2.0};
 };
