@@ -56,17 +56,22 @@ void RunConsole::Note(const std::string& text) {
   Line(text, true);
 }
 
-void RunConsole::Begin(const std::string& headline, TriggerMeasure measure) {
+void RunConsole::Begin(const std::string& headline) {
   Line(headline, true);
+}
+
+void RunConsole::Titles(TriggerMeasure measure) {
   char buffer[160];
   std::snprintf(buffer, sizeof buffer, "%6s  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", "t [s]",
                 "state", "error px", "w_v", "w_r", "w_c", MeasureName(measure), "thresh", "mm/px",
                 "camera");
   Line(buffer, true);
+  titled_ = true;
 }
 
 void RunConsole::Show(const RunSample& sample, const ObservabilityReport& observability,
                       const ServoStatus& status) {
+  if (!titled_) Titles(observability.trigger_measure);
   const bool keep = sample.t >= next_line_;
   if (!keep && !terminal_) return;
   if (keep) {

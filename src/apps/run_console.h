@@ -12,8 +12,8 @@ class RunConsole {
  public:
   explicit RunConsole(bool quiet);
 
-  /// Headline and column titles.
-  void Begin(const std::string& headline, TriggerMeasure measure);
+  /// Headline. The column titles come with the first sample.
+  void Begin(const std::string& headline);
   void Show(const RunSample& sample, const ObservabilityReport& observability,
             const ServoStatus& status);
   /// A line of its own among the table's.
@@ -23,10 +23,12 @@ class RunConsole {
 
  private:
   void Line(const std::string& text, bool keep);
+  void Titles(TriggerMeasure measure);
 
   bool quiet_;
   bool terminal_;
   bool open_line_{false};
+  bool titled_{false};
   double next_line_{0.0};
 };
 

@@ -42,8 +42,7 @@ int Run(const Arguments& arguments) {
   const RunFolder folder(arguments.out, scenario.name);
   RunConsole console(arguments.quiet);
   console.Begin(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +
-                    (arguments.lockstep ? ", simulated time)" : ")"),
-                scenario.active.trigger.measure);
+                (arguments.lockstep ? ", simulated time)" : ")"));
   RunOutcome outcome;
   if (arguments.lockstep) {
     outcome = RunInLockstep(scenario, folder, &console);
