@@ -186,14 +186,14 @@ void ScoreIn(BatchIsa isa, const BatchScene::Data& data, const BatchCameras& cam
 }
 
 template <class T>
-void CheckFrustumIn(BatchIsa isa, const BatchScene::Data& data, const std::vector<T>& hull,
+void CheckFrustumIn(BatchIsa isa, const BatchScene::Data& data, batch::HullView<T> hull,
                     double unit, const BatchCameras& cameras, int first, int count,
                     const BatchLens& lens, const DepthLimits& limits, BatchMargins* margins) {
   const CameraBlock<T> block(cameras, first, count, data.origin, data.unit);
   Output<T> near(count), far(count), image(count);
-  const batch::HullView<T> view{hull.data(), data.hull_count, static_cast<T>(limits.min / unit),
-                                static_cast<T>(limits.max / unit)};
-  KernelsOf<T>(isa).frustum(view, block.view(), LensOf<T>(lens),
+  hull.min_depth = static_cast<T>(limits.min / unit);
+  hull.max_depth = static_cast<T>(limits.max / unit);
+  KernelsOf<T>(isa).frustum(hull, block.view(), LensOf<T>(lens),
                             {near.data(), far.data(), image.data()});
   near.CopyTo(&margins->near, unit, 0.0);
   far.CopyTo(&margins->far, unit, 0.0);
@@ -393,10 +393,10 @@ void BatchEvaluator::CheckFrustum(const BatchScene& scene, const BatchCameras& c
   assert(first >= 0 && first + count <= cameras.size());
   const BatchScene::Data& data = scene.data();
   if (precision == BatchPrecision::kDouble) {
-    CheckFrustumIn<double>(isa_, data, data.hull64.xyz, 1.0, cameras, first, count, lens, limits,
+    CheckFrustumIn<double>(isa_, data, data.hull64.view, 1.0, cameras, first, count, lens, limits,
                            margins);
   } else {
-    CheckFrustumIn<float>(isa_, data, data.hull32.xyz, data.unit, cameras, first, count, lens,
+    CheckFrustumIn<float>(isa_, data, data.hull32.view, data.unit, cameras, first, count, lens,
                           limits, margins);
   }
 }

@@ -22,7 +22,9 @@ struct PackedScene {
 
 template <class T>
 struct PackedHull {
-  std::vector<T> xyz;
+  std::vector<T> node, xyz;
+  std::vector<Chain<T>> chain;
+  HullView<T> view{};
 };
 
 /// Both precisions of one form.

@@ -43,6 +43,25 @@ struct Row {
   int axis;
 };
 
+/// Points whose least and largest depths and image coordinates are those of the whole motion, as chains:
+/// nodes, and between neighbouring nodes some points near the straight line from one to the other. What is
+/// concave in the position is there at least the lesser of its values at the nodes, less its steepness
+/// times the distance to the line.
+template <class T>
+struct Chain {
+  T sag;             ///< Largest distance of the points between to the line.
+  int first, count;  ///< Points between, in `xyz`.
+};
+template <class T>
+struct HullView {
+  const T* node;  ///< 3 entries a node.
+  int nodes;
+  const Chain<T>* chain;  ///< chain[i] lies between nodes i and i + 1; none may (count 0).
+  const T* xyz;           ///< 3 entries a point between.
+  T sag;                  ///< Largest of all.
+  T min_depth, max_depth;
+};
+
 template <class T>
 struct SceneView {
   Family family;
@@ -58,6 +77,7 @@ struct SceneView {
   const T* weight;    ///< `padded` entries; 0 behind N.
   const T* weighted;  ///< kTriple with three columns: records whose value is scaled by the weight.
   T min_depth;        ///< Points nearer than this count as behind the camera.
+  HullView<T> hull;   ///< Of the points; its limits are not used.
 };
 
 template <class T>
@@ -73,14 +93,6 @@ struct Lens {
   T shear;          ///< skew / fy.
   T x_mid, x_half;  ///< Image in normalised coordinates at zoom 1.
   T y_mid, y_half;
-};
-
-/// Points whose least and largest depths and image coordinates are those of the whole motion.
-template <class T>
-struct HullView {
-  const T* xyz;  ///< 3 entries a point.
-  int count;
-  T min_depth, max_depth;
 };
 
 /// A marker at one sample and the capsules that may hide it.

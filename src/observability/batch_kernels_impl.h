@@ -531,30 +531,36 @@ class Tally {
   B least_ = All<B>(__builtin_huge_val());
 };
 
-// Σ weight w of three rows and three columns: two samples share a division. True in the lanes where it
-// holds: those of cameras that no point is behind.
+// Least depth of all points, or a little less.
 template <class B, class T>
-typename B::batch_bool_type SumTriple(const SceneView<T>& scene, const TripleCamera<B>& k,
-                                      B* sum_out) noexcept {
-  B sum(0);
+B LeastDepthBound(const HullView<T>& hull, const Vec<B>& r3, const B& z0) noexcept {
   B nearest = All<B>(kHuge);
+  const T* p = hull.node;
+  for (int i = 0; i < hull.nodes; ++i, p += 3) {
+    nearest = xsimd::min(nearest, DotPlus(r3, Vec<B>{B(p[0]), B(p[1]), B(p[2])}, z0));
+  }
+  return nearest - B(hull.sag);
+}
+
+// Σ weight w of three rows and three columns for cameras that no point is behind: two samples share a
+// division.
+template <class B, class T>
+B SumTriple(const SceneView<T>& scene, const TripleCamera<B>& k) noexcept {
+  B sum(0);
   const T* record = scene.weighted;
   const int pairs = scene.samples / 2;
   for (int i = 0; i < pairs; ++i, record += 2 * kTripleTail) {
     const TripleTerms<B> a = Triple(Broadcast<B>(record), k);
     const TripleTerms<B> b = Triple(Broadcast<B>(record + kTripleTail), k);
-    nearest = xsimd::min(nearest, xsimd::min(xsimd::min(a.Z1, a.Z2), xsimd::min(b.Z1, b.Z2)));
     sum =
         sum + Fma(xsimd::abs(a.numerator), b.denominator, xsimd::abs(b.numerator) * a.denominator) /
                   (a.denominator * b.denominator);
   }
   if (scene.samples % 2 == 1) {
     const TripleTerms<B> a = Triple(Broadcast<B>(record), k);
-    nearest = xsimd::min(nearest, xsimd::min(a.Z1, a.Z2));
     sum = sum + xsimd::abs(a.numerator) / a.denominator;
   }
-  *sum_out = sum * k.scale;
-  return nearest > B(scene.min_depth);
+  return sum * k.scale;
 }
 
 template <class B, class T>
@@ -567,7 +573,8 @@ void ScanTriple(const SceneView<T>& scene, const CamerasView<T>& cameras, const 
     B sum(0);
     typename B::batch_bool_type known(false);
     if (out.least == nullptr && quantity == Quantity::kW && scene.weighted != nullptr) {
-      known = SumTriple(scene, k, &sum);
+      known = LeastDepthBound(scene.hull, k.r3, k.z0) > min_depth;
+      if (xsimd::any(known)) sum = SumTriple(scene, k);
       if (xsimd::all(known)) {
         sum.store_unaligned(out.sum + first);
         continue;
@@ -721,17 +728,55 @@ void ScanFrustum(const HullView<T>& hull, const CamerasView<T>& cameras, const L
     const Vec<B> ay = axis(k.r2, y_scale, y_shift);
     const B x0 = -Dot(ax, k.c), y0 = -Dot(ay, k.c), z0 = -Dot(k.r3, k.c);
     B nearest = All<B>(kHuge), farthest = All<B>(-kHuge), inside = All<B>(kHuge);
-    const T* p = hull.xyz;
-    for (int i = 0; i < hull.count; ++i, p += 3) {
+    struct Place {
+      B depth, margin;
+    };
+    const auto place = [&](const T* p) {
       const Vec<B> P{B(p[0]), B(p[1]), B(p[2])};
       const B Z = DotPlus(k.r3, P, z0);
-      nearest = xsimd::min(nearest, Z);
-      farthest = xsimd::max(farthest, Z);
-      inside = xsimd::min(inside, Z - LargerSize(DotPlus(ax, P, x0), DotPlus(ay, P, y0)));
+      return Place{Z, Z - LargerSize(DotPlus(ax, P, x0), DotPlus(ay, P, y0))};
+    };
+    const auto visit = [&](const Place& at) {
+      nearest = xsimd::min(nearest, at.depth);
+      farthest = xsimd::max(farthest, at.depth);
+      inside = xsimd::min(inside, at.margin);
+    };
+    for (int i = 0; i < hull.nodes; ++i) visit(place(hull.node + 3 * i));
+
+    // Depth changes by 1 a metre, the image's margin by the longest normal of its four sides. Where these
+    // bounds keep a limit, they are the answer.
+    const auto side = [&](const Vec<B>& a) {
+      const Vec<B> plus = Plus(k.r3, a), minus = k.r3 - a;
+      return xsimd::max(Dot(plus, plus), Dot(minus, minus));
+    };
+    const B steepness = xsimd::sqrt(xsimd::max(side(ax), side(ay)));
+    const B near_limit(hull.min_depth), far_limit(hull.max_depth), sag(hull.sag);
+    const B near_bound = nearest - sag, far_bound = farthest + sag;
+    const B image_bound = Fnma(steepness, sag, inside);
+    const auto is_near = near_bound <= near_limit, is_far = far_bound >= far_limit;
+    const auto is_out = image_bound <= B(0);
+    if (xsimd::any(is_near || is_far || is_out)) {
+      // Elsewhere, the points of every chain that may hold the worst.
+      Place from = place(hull.node);
+      for (int i = 0; i + 1 < hull.nodes; ++i) {
+        const Place to = place(hull.node + 3 * (i + 1));
+        const Chain<T>& chain = hull.chain[i];
+        const B room(chain.sag);
+        const auto may_matter =
+            (is_near && (xsimd::min(from.depth, to.depth) - room < nearest)) ||
+            (is_far && (xsimd::max(from.depth, to.depth) + room > farthest)) ||
+            (is_out && (Fnma(steepness, room, xsimd::min(from.margin, to.margin)) < inside));
+        if (xsimd::any(may_matter)) {
+          const T* p = hull.xyz + 3 * chain.first;
+          for (int j = 0; j < chain.count; ++j) visit(place(p + 3 * j));
+        }
+        from = to;
+      }
     }
-    (nearest - B(hull.min_depth)).store_unaligned(out.near + first);
-    (B(hull.max_depth) - farthest).store_unaligned(out.far + first);
-    inside.store_unaligned(out.image + first);
+    // A camera's margins must not depend on its neighbours, whose points were visited too.
+    (xsimd::select(is_near, nearest, near_bound) - near_limit).store_unaligned(out.near + first);
+    (far_limit - xsimd::select(is_far, farthest, far_bound)).store_unaligned(out.far + first);
+    xsimd::select(is_out, inside, image_bound).store_unaligned(out.image + first);
   }
 }
 

@@ -333,7 +333,7 @@ int ColumnsOf(const BatchScene::Data& data, Family family) {
 
 template <class T>
 void Pack(const BatchScene::Data& data, Family family, const std::vector<BatchSample>& samples,
-          double min_depth, batch::PackedScene<T>* out) {
+          double min_depth, const batch::HullView<T>& hull, batch::PackedScene<T>* out) {
   const auto N = static_cast<int>(samples.size());
   const int padded = (N + kPadding - 1) / kPadding * kPadding;
   const bool spans = family == Family::kRigidSix && SpansBody(samples.front());
@@ -374,6 +374,7 @@ void Pack(const BatchScene::Data& data, Family family, const std::vector<BatchSa
   view.weight = out->weight.data();
   view.weighted = out->weighted.empty() ? nullptr : out->weighted.data();
   view.min_depth = static_cast<T>(min_depth);
+  view.hull = hull;
 }
 
 // The motion in units of single precision: lengths near 1, so that products of many of them neither
@@ -388,22 +389,72 @@ std::vector<BatchSample> Rescaled(const BatchScene::Data& data) {
 }
 
 void PackForm(const BatchScene::Data& data, Family family, batch::PackedForm* form) {
-  Pack(data, family, data.samples, kMinDepth, &form->f64);
-  Pack(data, family, Rescaled(data), kMinDepth / data.unit, &form->f32);
+  Pack(data, family, data.samples, kMinDepth, data.hull64.view, &form->f64);
+  Pack(data, family, Rescaled(data), kMinDepth / data.unit, data.hull32.view, &form->f32);
 }
 
-void PackHull(BatchScene::Data* data) {
-  std::vector<Vector3d> all;
-  for (const BatchSample& s : data->samples) all.insert(all.end(), s.p_W.begin(), s.p_W.end());
-  const std::vector<int> hull = ConvexHullVertices(all);
-  data->hull_count = static_cast<int>(hull.size());
-  for (const int i : hull) {
-    const Vector3d scaled = (all[i] - data->origin) / data->unit;
-    for (int k = 0; k < 3; ++k) {
-      data->hull64.xyz.push_back(all[i](k));
-      data->hull32.xyz.push_back(static_cast<float>(scaled(k)));
+// Distance of p to the line segment from a to b.
+double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  const Vector3d along = b - a;
+  const double length2 = along.squaredNorm();
+  const double t = length2 > 0.0 ? std::clamp((p - a).dot(along) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * along).norm();
+}
+
+// Every so many points of a chain is a node.
+constexpr std::size_t kChainLength = 8;
+
+// Chains over the points of the hull, one point of the body after the other along the motion.
+template <class T>
+void PackHull(const std::vector<Vector3d>& points, const std::vector<int>& hull,
+              const std::vector<int>& track, double unit, const Vector3d& origin,
+              batch::PackedHull<T>* out) {
+  // Rounding of single precision must not make a chain look straighter than it is.
+  const double slack = sizeof(T) == 4 ? 1e-5 : 1e-12;
+  const auto append = [&](int i, std::vector<T>* to) {
+    for (int k = 0; k < 3; ++k) to->push_back(static_cast<T>((points[i](k) - origin(k)) / unit));
+  };
+  double worst = 0.0;
+  std::size_t at = 0;
+  while (at < hull.size()) {
+    append(hull[at], &out->node);
+    std::size_t next = std::min(at + kChainLength, hull.size());
+    while (next > at + 1 && (next == hull.size() || track[next] != track[at])) --next;
+    batch::Chain<T> chain{};
+    chain.first = static_cast<int>(out->xyz.size() / 3);
+    if (next < hull.size() && next > at && track[next] == track[at]) {
+      double sag = 0.0;
+      for (std::size_t i = at + 1; i < next; ++i) {
+        append(hull[i], &out->xyz);
+        sag =
+            std::max(sag, DistanceToSegment(points[hull[i]], points[hull[at]], points[hull[next]]));
+      }
+      chain.count = static_cast<int>(next - at) - 1;
+      chain.sag = static_cast<T>(sag / unit + slack);
+      worst = std::max(worst, sag / unit + slack);
     }
+    out->chain.push_back(chain);
+    at = std::max(next, at + 1);
   }
+  out->view.node = out->node.data();
+  out->view.nodes = static_cast<int>(out->node.size() / 3);
+  out->view.chain = out->chain.data();
+  out->view.xyz = out->xyz.data();
+  out->view.sag = static_cast<T>(worst);
+}
+
+void PackHulls(BatchScene::Data* data) {
+  // Points of one track follow each other along the motion.
+  std::vector<Vector3d> all;
+  for (int j = 0; j < data->points; ++j) {
+    for (const BatchSample& s : data->samples) all.push_back(s.p_W[j]);
+  }
+  const std::vector<int> hull = ConvexHullVertices(all);
+  std::vector<int> track;
+  for (const int i : hull) track.push_back(i / static_cast<int>(data->samples.size()));
+  data->hull_count = static_cast<int>(hull.size());
+  PackHull(all, hull, track, 1.0, Vector3d::Zero(), &data->hull64);
+  PackHull(all, hull, track, data->unit, data->origin, &data->hull32);
 }
 
 void ChooseUnit(double unit, BatchScene::Data* data) {
@@ -442,8 +493,8 @@ BatchScene::BatchScene(std::vector<BatchSample> samples, BatchBody body, std::ve
   data->rank = RankOf(*data);
   data->family = FamilyOf(*data);
   ChooseUnit(unit, data.get());
+  PackHulls(data.get());
   PackForm(*data, data->family, &data->form);
-  PackHull(data.get());
   data_ = std::move(data);
 }
 

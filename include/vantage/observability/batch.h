@@ -176,7 +176,9 @@ struct BatchScores {
   std::vector<double> least;  ///< Least measure of all samples.
 };
 
-/// Margins of the constraints, worst over samples and points: negative where one is broken.
+/// Margins of the constraints, worst over samples and points: negative where one is broken. Those of near,
+/// far and image may be too small where they are positive, by as much as the motion bends between every
+/// eighth sample (some mm); sign and negative values are exact.
 struct BatchMargins {
   std::vector<double> near;  ///< Least depth less the lower limit [m].
   std::vector<double> far;   ///< Upper limit less the greatest depth [m].
