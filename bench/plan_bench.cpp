@@ -344,7 +344,7 @@ void Peak(benchmark::State& state, BatchIsa isa) {
 // ---- Table --------------------------------------------------------------------------------------
 
 // Operations of one evaluation with its sum, a fused multiply-add counted as two; signs, comparisons and
-// selections are not counted (docs/placement.md shows the sums).
+// selections are not counted.
 constexpr double kFlopsTriple = 51.0;
 constexpr double kFlopsSix = 381.0;
 // The rates this project set out to reach, on a core of 128 GFLOP/s.
