@@ -99,11 +99,15 @@ TEST(Processes, AStoppedSubscriberStopsNobody) {
   options.arguments = {"lcm-logger", "--lcm-url=" + hub.url(), "--force", "/dev/null"};
   options.output = "/dev/null";
   ChildProcess logger(options);
-  ASSERT_TRUE(BecomesTrue([&] { return hub.stats().clients == 1; }));
-  ASSERT_TRUE(logger.Signal(SIGSTOP));
-
   LcmLink publisher({hub.url(), ""});
   publisher.Start();
+  // Stopped only once it has subscribed: something has been delivered to it.
+  ASSERT_TRUE(BecomesTrue([&] {
+    publisher.Publish(kCameraImageChannel, test::SampleCameraImage());
+    return hub.stats().delivered > 0;
+  }));
+  ASSERT_TRUE(logger.Signal(SIGSTOP));
+
   test::RawClient other(hub.port());
   ASSERT_TRUE(other.Subscribe(kCameraImageChannel) && other.Sync());
   CameraImage image = test::SampleCameraImage();
