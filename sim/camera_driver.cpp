@@ -11,16 +11,14 @@ constexpr int kGoalGroup = 1;
 
 }  // namespace
 
-CameraDriver::CameraDriver(Renderer renderer, CameraKnowledge knowledge,
+CameraDriver::CameraDriver(std::unique_ptr<Eye> eye, CameraKnowledge knowledge,
                            const CameraEffects& effects, std::uint64_t seed)
-    : renderer_(std::move(renderer)),
+    : eye_(std::move(eye)),
       knowledge_(std::move(knowledge)),
       effects_(effects),
-      noise_(effects.noise_grey, seed),
-      random_(seed + 1),
-      tracker_(knowledge_.camera, TrackerOptions()) {}
+      random_(seed + 1) {}
 
-void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const SceneState& truth,
+void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
                           const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured) {
   const Duration period = FromSeconds(1.0 / effects_.rate);
   // On the camera's own grid, whatever the steps of the plant are.
@@ -36,19 +34,9 @@ void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const Sc
     predictions_.push_back(PredictMarker(knowledge_.camera, X_CW, marker, kGoalGroup));
   }
 
-  const MarkerTracker::SearchPlan& plan = tracker_.Plan(predictions_, now);
-  if (plan.whole_image) {
-    renderer_.RenderGrey(X_WC_true, truth, &image_);
-    noise_.Add(&image_);
-  } else {
-    renderer_.RenderGrey(X_WC_true, truth, plan.windows, &image_);
-    noise_.Add(&image_, plan.windows);
-  }
-  tracker_.Track(View(image_), predictions_, now);
-
-  if (std::uniform_real_distribution<double>(0.0, 1.0)(random_) < effects_.drop_rate) return;
   Pending pending{now + effects_.latency_frames * period, {}};
-  tracker_.Publish(&pending.features);
+  eye_->See(now, X_WC_true, q_true, predictions_, &pending.features);
+  if (std::uniform_real_distribution<double>(0.0, 1.0)(random_) < effects_.drop_rate) return;
   pending.features.exposure = now;
   pending.features.stamp = pending.due;
   pending.features.X_WC = X_WC_measured;

@@ -1,17 +1,16 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <optional>
 #include <random>
 #include <vector>
 
-#include "sim/grey_noise.h"
-#include "sim/render/renderer.h"
+#include "sim/eye.h"
 #include "vantage/camera/camera_pose.h"
 #include "vantage/config/sim_options.h"
 #include "vantage/features/marker.h"
 #include "vantage/robot/arm_model.h"
-#include "vantage/vision/marker_tracker.h"
 
 namespace vantage::sim {
 
@@ -23,11 +22,11 @@ struct CameraKnowledge {
   std::vector<Marker> goal_markers;  ///< In W, where they are believed to be.
 };
 
-/// A camera with its driver: takes images of the rendered world at its rate, finds the markers on the
-/// pixels, and hands the features out after the latency.
+/// A camera with its driver: takes images of the world at its rate, has the markers found in them, and
+/// hands the features out after the latency.
 class CameraDriver {
  public:
-  CameraDriver(Renderer renderer, CameraKnowledge knowledge, const CameraEffects& effects,
+  CameraDriver(std::unique_ptr<Eye> eye, CameraKnowledge knowledge, const CameraEffects& effects,
                std::uint64_t seed);
 
   /// The first image is due at `now`.
@@ -37,16 +36,11 @@ class CameraDriver {
   [[nodiscard]] bool Due(Time now) const noexcept { return now >= next_exposure_; }
 
   /// Takes an image of the true state. The measured pose and joints go into the markers' prediction.
-  void Expose(Time now, const Eigen::Isometry3d& X_WC_true, const SceneState& truth,
+  void Expose(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
               const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured);
 
   /// The newest features whose latency has passed, once each.
   [[nodiscard]] std::optional<ImageFeatures> Deliver(Time now);
-
-  /// What became of each marker in the last image: the arm's, then the goal's.
-  [[nodiscard]] const MarkerDetections& detections() const noexcept {
-    return tracker_.detections();
-  }
 
  private:
   struct Pending {
@@ -54,14 +48,11 @@ class CameraDriver {
     ImageFeatures features;
   };
 
-  Renderer renderer_;
+  std::unique_ptr<Eye> eye_;
   CameraKnowledge knowledge_;
   CameraEffects effects_;
-  GreyNoise noise_;
   std::mt19937_64 random_;
-  MarkerTracker tracker_;
   std::vector<MarkerPrediction> predictions_;
-  GreyImage image_;
   std::deque<Pending> pending_;
   Time next_exposure_{};
 };

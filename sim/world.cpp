@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "sim/kinematic_eye.h"
+#include "sim/pixel_eye.h"
 #include "sim/render/arm_scene.h"
 
 namespace vantage::sim {
@@ -47,12 +49,24 @@ std::vector<Marker> GoalPriors(const Scenario& scenario) {
   return markers;
 }
 
+std::unique_ptr<Eye> MakeEye(const Scenario& scenario, std::uint64_t seed) {
+  const ViewModel& view = scenario.task.view;
+  const CameraEffects& effects = scenario.sim.camera;
+  if (effects.kinematic) {
+    return std::make_unique<KinematicEye>(view.arm, TrueCamera(scenario), view.markers,
+                                          scenario.sim.goal_markers, effects.noise_px, seed);
+  }
+  return std::make_unique<PixelEye>(MakeRenderer(scenario), view.arm, view.camera,
+                                    effects.noise_grey, seed);
+}
+
 CameraDriver MakeCamera(const Scenario& scenario) {
   const ViewModel& view = scenario.task.view;
-  return {MakeRenderer(scenario),
+  const std::uint64_t seed = SeedOf(scenario.sim, Stream::kCamera);
+  return {MakeEye(scenario, seed),
           {view.arm, view.camera, view.markers, GoalPriors(scenario)},
           scenario.sim.camera,
-          SeedOf(scenario.sim, Stream::kCamera)};
+          seed};
 }
 
 }  // namespace
@@ -93,7 +107,7 @@ void World::Advance(Time now) {
     arm_.Step(now_, scenario_.sim.step);
     rig_.Step(scenario_.sim.step);
     if (camera_.Due(now_)) {
-      camera_.Expose(now_, rig_.X_WC(), Scene(), MeasuredPose(), arm_.Read(now_).q);
+      camera_.Expose(now_, rig_.X_WC(), arm_.q(), MeasuredPose(), arm_.Read(now_).q);
     }
   }
 }

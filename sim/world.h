@@ -5,6 +5,7 @@
 
 #include "sim/arm_plant.h"
 #include "sim/camera_driver.h"
+#include "sim/render/renderer.h"
 #include "sim/rig_plant.h"
 #include "vantage/config/scenario.h"
 #include "vantage/servo/ground_truth.h"
@@ -46,8 +47,9 @@ class World {
 
   [[nodiscard]] GroundTruth truth() const;
   [[nodiscard]] WorldView view() const;
+  /// Where the camera truly is.
+  [[nodiscard]] Eigen::Isometry3d X_WC() const { return rig_.X_WC(); }
   [[nodiscard]] Time now() const noexcept { return now_; }
-  [[nodiscard]] CameraDriver& camera() noexcept { return camera_; }
   [[nodiscard]] const LimitViolations& violations() const noexcept { return arm_.violations(); }
 
  private:

@@ -27,6 +27,8 @@ constexpr double kHeadway = 0.05;
 constexpr double kAstrayDistance = 0.05;  // [m]
 constexpr double kAstrayAngle = 0.05;     // [rad]
 constexpr double kAstrayTime = 1.0;       // [s]
+// Step of the gradient's central differences [m or rad].
+constexpr double kGradientStep = 1e-4;
 
 bool WithinLimits(const CameraRig& rig, const RigVector& q_c) noexcept {
   return q_c.allFinite() && (ClampToLimits(rig, q_c) - q_c).cwiseAbs().sum() == 0.0;
@@ -176,6 +178,48 @@ void ActiveCamera::Move(double dt, const ActiveInputs& inputs) {
   }
 }
 
+// Steepest ascent of log w_c in the rig's coordinates, each axis measured by its speed; the head aims at
+// the markers. Stops where the measure is good enough, or the next pose would lose a marker.
+void ActiveCamera::ClimbGradient(double dt) {
+  const auto log_value = [&](const RigVector& q_c) {
+    const Measure measure = MeasureOf(CompositeJacobian(model_, sample_, RigPose(rig_, q_c)));
+    return std::log(TriggerValue(options_.trigger.measure, measure));
+  };
+  const RigVector q_c = motion_.q_c();
+  const bool good_enough =
+      output_.trigger_value > options_.planner.cap * options_.trigger.threshold;
+  RigVector rate = RigVector::Zero(rig_.size());
+  for (int i = 0; i < rig_.size() && !good_enough; ++i) {
+    const double speed = rig_.axes[static_cast<std::size_t>(i)].max_speed;
+    RigVector above = q_c, below = q_c;
+    above(i) += kGradientStep;
+    below(i) -= kGradientStep;
+    const double slope = (log_value(above) - log_value(below)) / (2.0 * kGradientStep);
+    rate(i) = speed * speed * slope;
+  }
+  double share = 0.0;  // of the greatest speeds
+  for (int i = 0; i < rig_.size(); ++i) {
+    const double speed = rig_.axes[static_cast<std::size_t>(i)].max_speed;
+    if (speed > 0.0) share = std::max(share, std::abs(rate(i)) / speed);
+  }
+  const double linear = (RigJacobian(rig_, q_c).topRows<3>() * rate).norm();
+  share = std::max(share, linear / rig_.max_linear_speed);
+  if (!std::isfinite(share) || share < 1e-9) return;
+  RigVector next = ClampToLimits(rig_, q_c + dt / std::max(share, 1.0) * rate);
+  const RigVector aimed = AimAt(rig_, next, sample_.markers.front().p_W);
+  for (int i = 0; i < rig_.size(); ++i) {
+    const double reach = rig_.axes[static_cast<std::size_t>(i)].max_speed * dt;
+    next(i) = std::clamp(aimed(i), q_c(i) - reach, q_c(i) + reach);
+  }
+  const Isometry3d X_WC = RigPose(rig_, next);
+  for (const PlacedMarker& marker : sample_.markers) {
+    const ViewFault fault =
+        CheckMarker(model_.camera, options_.planner.limits, X_WC, marker, sample_.capsules);
+    if (fault != ViewFault::kNone) return;
+  }
+  motion_ = RigMotion(next);
+}
+
 bool ActiveCamera::MarkerAtRisk(const ActiveInputs& inputs) {
   q_soon_.resize(0);
   if (options_.look_ahead == 0.0 || inputs.qdot.isZero(0.0)) return false;
@@ -294,6 +338,10 @@ ActiveOutput ActiveCamera::Step(const ActiveInputs& inputs) {
   } else {
     FollowRig(inputs);
     SampleArm(model_, inputs.q, &sample_);
+    if (options_.mode == ActiveMode::kGradient) {
+      ClimbGradient(dt);
+      return Publish(inputs);
+    }
     Move(dt, inputs);
     const ActiveReason demand = Demand(inputs);
     if (moving_) {
@@ -310,6 +358,10 @@ ActiveOutput ActiveCamera::Step(const ActiveInputs& inputs) {
     output_.state = moving_ ? ActiveState::kMoving : ActiveState::kWatching;
   }
 
+  return Publish(inputs);
+}
+
+const ActiveOutput& ActiveCamera::Publish(const ActiveInputs& inputs) {
   started_ = true;
   last_step_ = inputs.now;
   output_.q_c = motion_.q_c();

@@ -143,6 +143,10 @@ SimOptions LoadSim(const Section& section, const ArmModel& arm) {
   c.rate = image.Number("rate", {1.0, 1000.0, "1/s"}, c.rate, "Images per second.");
   c.noise_grey = image.Number("noise_grey", {0.0, 50.0, ""}, c.noise_grey,
                               "Standard deviation of a pixel, of 255 grey levels.");
+  c.kinematic = image.Flag("kinematic", c.kinematic,
+                           "Projects markers instead of drawing and detecting them: fast.");
+  c.noise_px = image.Number("noise_px", {0.0, 50.0, "px"}, c.noise_px,
+                            "Standard deviation of a marker's coordinate, where kinematic.");
   c.latency_frames = static_cast<int>(image.Integer("latency_frames", 0, 60, c.latency_frames,
                                                     "Images between exposure and arrival."));
   c.drop_rate = image.Number("drop_rate", {0.0, 0.99, ""}, c.drop_rate, "Share of images lost.");

@@ -75,14 +75,17 @@ ServoLawResult ServoLaw(const ServoLawOptions& options, const FeatureVector& e,
     return result;
 
   const double max_error = e.lpNorm<Eigen::Infinity>();
-  result.lambda = AdaptiveGain(options, max_error);
-  const double rate = std::min(result.lambda, options.max_error_rate / std::max(max_error, 1e-12));
+  result.lambda = options.textbook ? options.gain_at_zero : AdaptiveGain(options, max_error);
+  const double rate =
+      options.textbook
+          ? result.lambda
+          : std::min(result.lambda, options.max_error_rate / std::max(max_error, 1e-12));
   const FeatureVector target = -rate * e - e_rate;
 
   const Measure& measure = system.measure;
   const double sigma_1 = measure.sigma(0);
   double mu2 = 0.0;
-  if (measure.sigma_min < options.damping_onset) {
+  if (!options.textbook && measure.sigma_min < options.damping_onset) {
     const double ratio = measure.sigma_min / options.damping_onset;
     mu2 = options.damping * options.damping * (1.0 - ratio * ratio);
   }
@@ -101,6 +104,10 @@ ServoLawResult ServoLaw(const ServoLawOptions& options, const FeatureVector& e,
   if ((free.array() >= bounds.lower.array()).all() &&
       (free.array() <= bounds.upper.array()).all()) {
     result.qdot = free;
+    return result;
+  }
+  if (options.textbook) {
+    result.qdot = free.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
     return result;
   }
   // A trace of damping keeps the problem strictly convex when columns of J_c depend on each other.

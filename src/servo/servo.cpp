@@ -271,7 +271,8 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   const ServoLawResult law = ServoLaw(options_.law, output_.error, J_c, system, e_rate,
                                       ComputeVelocityBounds(limits, q_, qdot_, dt_));
   if (!law.finite) return HoldReason::kNotFinite;
-  Command(now, law.qdot);
+  const bool wait = options_.hold_while_camera_moves && active_.state == ActiveState::kMoving;
+  Command(now, wait ? RampToRest(limits, qdot_, dt_) : law.qdot);
   return HoldReason::kNone;
 }
 

@@ -21,7 +21,14 @@
 
 namespace vantage {
 
+/// How the camera is moved.
+enum class ActiveMode : int {
+  kTrigger = 0,  ///< To a better view chosen by the planner, when the trigger asks for it.
+  kGradient,     ///< Always up the gradient of the measure, for comparison.
+};
+
 struct ActiveOptions {
+  ActiveMode mode{ActiveMode::kTrigger};
   bool enabled{true};  ///< False: measure and trigger, but never move.
   TriggerOptions trigger;
   PlannerOptions planner;
@@ -110,6 +117,7 @@ class ActiveCamera {
   [[nodiscard]] bool UsableInputs(const ActiveInputs& inputs) const;
   void FollowRig(const ActiveInputs& inputs);
   void Move(double dt, const ActiveInputs& inputs);
+  void ClimbGradient(double dt);
   [[nodiscard]] bool WouldLoseMarker(const ActiveInputs& inputs, double dt) const;
   [[nodiscard]] bool MarkerAtRisk(const ActiveInputs& inputs);
   [[nodiscard]] ActiveReason Demand(const ActiveInputs& inputs);
@@ -117,6 +125,7 @@ class ActiveCamera {
   void PlanOnTheWay(const ActiveInputs& inputs);
   [[nodiscard]] PlanRequest RequestFrom(const ActiveInputs& inputs, const RigVector& q_c) const;
   void Begin(const RigPath& path, double gain);
+  const ActiveOutput& Publish(const ActiveInputs& inputs);
 
   ViewModel model_;
   CameraRig rig_;

@@ -20,6 +20,9 @@ struct ServoLawOptions {
   double damping{2.0};           ///< Largest μ of the damped inverse [px/rad]; >= 0.
   double damping_onset{20.0};    ///< σ_min below which damping sets in [px/rad]; >= 0.
   double max_error_rate{800.0};  ///< Bound on the image speed asked for, max over rows [px/s]; > 0.
+  /// The textbook's law, for comparison: the constant gain_at_zero, the pseudo-inverse without damping,
+  /// each joint cut off at its bounds.
+  bool textbook{false};
 };
 
 /// What bounds a joint in this period, after velocity, acceleration and position limits are put

@@ -28,6 +28,7 @@ struct ServoOptions {
   ServoLawOptions law;
   StalenessLimits staleness;
   ConvergenceOptions convergence;
+  bool hold_while_camera_moves{false};  ///< Stop and go: the arm rests until the camera is there.
   double stall_time{1.5};        ///< Error not falling for this long counts as stalled [s]; > 0.
   double feature_noise_px{0.3};  ///< Standard deviation of a measured pixel coordinate [px]; > 0.
   /// By how much errors of calibration shift a whole image, one view against another [px]; >= 0.

@@ -1,0 +1,279 @@
+#include "sim/suite/draft.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vantage/config/loaders.h"
+#include "vantage/observability/measures.h"
+
+namespace vantage::sim {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr int kMotionSamples = 9;
+// Views tried before a task counts as infeasible.
+constexpr int kFeasibilityDraws = 300;
+
+struct ArmKit {
+  const char* robot;
+  std::vector<Marker> markers;
+  std::vector<Feature> features;
+  Vector3d
+      goal_marker_E;  // from a goal point to its marker, in the end effector's axes at the goal
+  Vector3d target_W;  // the dome's centre
+  double nearest, farthest;
+};
+
+std::vector<Feature> Points(int count) {
+  std::vector<Feature> features;
+  for (int i = 0; i < count; ++i) {
+    features.push_back({FeatureKind::kPointX, {i}});
+    features.push_back({FeatureKind::kPointY, {i}});
+  }
+  return features;
+}
+
+ArmKit KitOf(ArmSet arms, bool housed) {
+  const Vector3d z = Vector3d::UnitZ();
+  switch (arms) {
+    case ArmSet::kPlanar2:
+      return {housed ? "planar2_housed" : "planar2",
+              {{0, {0.0, 0.0, 0.025}, z, 0.014}},
+              Points(1),
+              {0.065, 0.0, 0.0},
+              {0.0, 0.0, 0.0},
+              0.8,
+              1.7};
+    case ArmSet::kPuma3Xyx:
+    case ArmSet::kPuma3Points: {
+      std::vector<Feature> features = Points(2);
+      if (arms == ArmSet::kPuma3Xyx) features.pop_back();
+      return {housed ? "puma3_housed" : "puma3",
+              {{0, {0.0, 0.0, 0.05}, z, 0.013}, {1, {-0.12, 0.05, 0.05}, z, 0.013}},
+              features,
+              {0.06, 0.0, 0.0},
+              {0.0, 0.0, 0.6},
+              1.2,
+              2.2};
+    }
+    case ArmSet::kPuma560:
+      return {"puma560",
+              {{0, {0.05, 0.05, 0.02}, z, 0.011},
+               {1, {-0.05, 0.05, 0.02}, z, 0.011},
+               {2, {-0.05, -0.05, 0.02}, z, 0.011},
+               {3, {0.05, -0.05, 0.02}, z, 0.011}},
+              Points(4),
+              {0.05, 0.0, 0.0},
+              {0.0, 0.0, 0.6},
+              1.2,
+              2.0};
+  }
+  return {};
+}
+
+RigAxis Turn(const char* name, double lower_deg, double upper_deg, double speed_deg) {
+  return {name, lower_deg * kDegree, upper_deg * kDegree, speed_deg * kDegree,
+          3.0 * speed_deg * kDegree};
+}
+
+bool BodyClear(const ArmModel& arm, const ArmSample& sample) {
+  const Vector3d p_WE = sample.kinematics.X_WE.translation();
+  const Vector3d base = arm.X_WBase().translation();
+  // Above the floor, and not inside the arm's own trunk.
+  const bool planar = arm.size() == 2;
+  const double across = (p_WE - base).head<2>().norm();
+  return across > 0.22 && (planar || p_WE.z() > 0.2);
+}
+
+// Joints of an ordinary configuration: away from limits and from the arm's singularities.
+bool Ordinary(ArmSet arms, const ArmModel& arm, const JointVector& q) {
+  for (int i = 0; i < q.size(); ++i) {
+    const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
+    if (q(i) < limit.lower + 5.0 * kDegree || q(i) > limit.upper - 5.0 * kDegree) return false;
+  }
+  if (arms == ArmSet::kPlanar2) return std::abs(std::sin(q(1))) > 0.3;
+  const ArmJacobian J = ComputeKinematics(arm, q).J_WE_W;
+  const Measure measure =
+      arms == ArmSet::kPuma560 ? MeasureOf(J) : MeasureOf(TaskJacobian(J.topRows(3)), 3);
+  return measure.inverse_condition() > 0.06;
+}
+
+// Singular by the joint that makes it so: the elbow stretched, or the wrist straight.
+void NearSingularity(ArmSet arms, Random* random, JointVector* q) {
+  const double sign = Uniform(random, -1.0, 1.0) < 0.0 ? -1.0 : 1.0;
+  const double off = sign * Uniform(random, 3.0, 8.0) * kDegree;
+  switch (arms) {
+    case ArmSet::kPlanar2:
+      (*q)(1) = off;
+      break;
+    case ArmSet::kPuma3Xyx:
+    case ArmSet::kPuma3Points:
+      (*q)(2) = off;
+      break;
+    case ArmSet::kPuma560:
+      (*q)(4) = off;
+      break;
+  }
+}
+
+void PlaceGoal(const ArmKit& kit, Draft* draft) {
+  const ViewModel& view = draft->scenario.task.view;
+  const Isometry3d X_WE = EndEffectorPose(view.arm, draft->q_goal);
+  ServoGoal& goal = draft->scenario.task.goal;
+  const Vector3d aside_W = X_WE.linear() * kit.goal_marker_E;
+  goal = ServoGoal();
+  goal.offset_W = -aside_W;
+  goal.marker_radius = view.markers.front().radius;
+  draft->scenario.p_WG_true.clear();
+  draft->scenario.sim.goal_markers.clear();
+  draft->goal_markers.clear();
+  for (std::size_t i = 0; i < view.markers.size(); ++i) {
+    Marker marker = view.markers[i];
+    const Vector3d p_WG = X_WE * marker.p;
+    marker.id = 10 + static_cast<int>(i);
+    marker.p = p_WG + aside_W;
+    marker.normal = X_WE.linear() * marker.normal;
+    marker.dark = false;
+    draft->scenario.p_WG_true.push_back(p_WG);
+    draft->scenario.sim.goal_markers.push_back(marker);
+    draft->goal_markers.push_back({marker.p, marker.normal, marker.radius});
+    goal.p_WG.push_back(marker.p);
+    goal.marker_ids.push_back(marker.id);
+    goal.normals.push_back(marker.normal);
+  }
+}
+
+double WorstMillimetresAt(const Draft& draft, const ArmSample& sample, const Isometry3d& X_WC) {
+  return WorstMillimetresPerPixel(
+      Decompose(CompositeJacobian(draft.scenario.task.view, sample, X_WC)), sample.J_marker_W);
+}
+
+bool Seen(const Draft& draft, const std::vector<PlacedMarker>& markers, int sample,
+          const Isometry3d& X_WC) {
+  const Scenario& s = draft.scenario;
+  const auto& capsules = draft.motion[static_cast<std::size_t>(sample)].capsules;
+  return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
+    return CheckMarker(s.task.view.camera, s.active.planner.limits, X_WC, marker, capsules) ==
+           ViewFault::kNone;
+  });
+}
+
+}  // namespace
+
+double Uniform(Random* random, double lower, double upper) {
+  return std::uniform_real_distribution<double>(lower, upper)(*random);
+}
+
+Scenario MakeCell(ArmSet arms, bool housed) {
+  const ArmKit kit = KitOf(arms, housed);
+  const int count = static_cast<int>(kit.markers.size());
+  const ViewModel view{FindRobot(kit.robot), CameraModel(), FeatureSet(kit.features, count),
+                       kit.markers};
+  CameraRig rig;
+  rig.kind = RigKind::kSpherical;
+  rig.target_W = kit.target_W;
+  rig.axes = {{"R", kit.nearest, kit.farthest, 0.4, 1.2},
+              Turn("theta", 5.0, 85.0, 60.0),
+              Turn("phi", -360.0, 360.0, 60.0),
+              Turn("roll", -360.0, 360.0, 60.0),
+              Turn("pan", -45.0, 45.0, 60.0),
+              Turn("tilt", -45.0, 45.0, 60.0)};
+  rig.max_linear_speed = 0.4;
+
+  Scenario scenario{"", "", {view, {}}, rig, RigVector(), {}, {}, 60.0, {}, {}, {}};
+  scenario.servo.period = 0.005;
+  scenario.sim.step = 0.005;
+  scenario.sim.arm.encoder_bias = 0.3 * kDegree;
+  scenario.sim.arm.encoder_noise = 0.005 * kDegree;
+  scenario.sim.camera.latency_frames = 2;
+  scenario.sim.camera.noise_grey = 2.0;
+  scenario.sim.camera.noise_px = 0.3;
+  // Each axis so that the whole error is about 3 mm and 0.3 degrees.
+  scenario.sim.camera.position_error = 0.003 / std::sqrt(3.0);
+  scenario.sim.camera.rotation_error = 0.3 / std::sqrt(3.0) * kDegree;
+  scenario.sim.camera.focal_error = 0.005;
+  return scenario;
+}
+
+bool DrawMotion(ArmSet arms, const MotionDemand& demand, Random* random, Draft* draft) {
+  const ArmModel& arm = draft->scenario.task.view.arm;
+  const int n = arm.size();
+  draft->q_start.resize(n);
+  for (int i = 0; i < n; ++i) {
+    const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
+    draft->q_start(i) = Uniform(random, limit.lower, limit.upper);
+  }
+  if (!Ordinary(arms, arm, draft->q_start)) return false;
+  JointVector step(n);
+  for (int i = 0; i < n; ++i) step(i) = Uniform(random, -1.0, 1.0);
+  step *= Uniform(random, demand.least, demand.most) / step.lpNorm<Eigen::Infinity>();
+  if (demand.half_turn) {
+    step *= 0.15 / step.lpNorm<Eigen::Infinity>();
+    step(n - 1) =
+        (draft->q_start(n - 1) > 0.0 ? -1.0 : 1.0) * Uniform(random, 165.0, 180.0) * kDegree;
+  }
+  draft->q_goal = draft->q_start + step;
+  if (demand.goal_near_singularity) {
+    NearSingularity(arms, random, &draft->q_goal);
+    if (!WithinLimits(arm, draft->q_goal)) return false;
+  } else if (!Ordinary(arms, arm, draft->q_goal)) {
+    return false;
+  }
+  draft->motion =
+      SampleMotion(draft->scenario.task.view, draft->q_start, draft->q_goal, kMotionSamples);
+  for (const ArmSample& sample : draft->motion) {
+    if (!BodyClear(arm, sample)) return false;
+    // No camera of the dome looks at what faces the floor.
+    if (sample.markers.front().normal_W.z() < -0.3) return false;
+  }
+  PlaceGoal(KitOf(arms, false), draft);
+  return true;
+}
+
+bool SeesArm(const Draft& draft, int sample, const Isometry3d& X_WC) {
+  return Seen(draft, draft.motion[static_cast<std::size_t>(sample)].markers, sample, X_WC);
+}
+
+bool SeesGoal(const Draft& draft, int sample, const Isometry3d& X_WC) {
+  return Seen(draft, draft.goal_markers, sample, X_WC);
+}
+
+double Observability(const Draft& draft, int sample, const Isometry3d& X_WC) {
+  const ArmSample& at = draft.motion[static_cast<std::size_t>(sample)];
+  return MeasureOf(CompositeJacobian(draft.scenario.task.view, at, X_WC)).geometric_mean();
+}
+
+RigVector DrawCamera(const Draft& draft, Random* random) {
+  const CameraRig& rig = draft.scenario.rig;
+  RigVector q_c(rig.size());
+  for (int i = 0; i < rig.size(); ++i) {
+    const RigAxis& axis = rig.axes[static_cast<std::size_t>(i)];
+    // One turn is enough of what can turn twice.
+    const double half = std::min(0.5 * (axis.upper - axis.lower), M_PI);
+    const double middle = 0.5 * (axis.upper + axis.lower);
+    q_c(i) = Uniform(random, middle - half, middle + half);
+  }
+  const auto& a = draft.motion.front().markers.front().p_W;
+  const auto& b = draft.goal_markers.front().p_W;
+  return AimAt(rig, q_c, a + Uniform(random, 0.2, 0.8) * (b - a));
+}
+
+bool Feasible(const Draft& draft, Random* random) {
+  const int last = static_cast<int>(draft.motion.size()) - 1;
+  for (int i = 0; i < kFeasibilityDraws; ++i) {
+    const Isometry3d X_WC = RigPose(draft.scenario.rig, DrawCamera(draft, random));
+    if (!SeesGoal(draft, 0, X_WC) || !SeesGoal(draft, last, X_WC)) continue;
+    bool all = true;
+    for (int sample = last; sample >= 0 && all; --sample) all = SeesArm(draft, sample, X_WC);
+    if (all && WorstMillimetresAt(draft, draft.motion.back(), X_WC) <=
+                   draft.scenario.servo.convergence.max_mm_per_px) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace vantage::sim
