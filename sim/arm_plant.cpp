@@ -66,11 +66,13 @@ void ArmPlant::Step(Time now, double dt) {
   qdot_ += blend * (target_ - qdot_);
   q_ += dt * qdot_;
   for (int i = 0; i < arm_.size(); ++i) {
+    // Limits are limits of what the encoders say: nobody has another measure of a joint.
     const JointLimits& limit = arm_.limits()[i];
-    if (q_(i) >= limit.lower - kSlack && q_(i) <= limit.upper + kSlack) continue;
+    const double read = q_(i) + bias_(i);
+    if (read >= limit.lower - kSlack && read <= limit.upper + kSlack) continue;
     ++violations_.position;
     // The mechanical stop.
-    q_(i) = std::clamp(q_(i), limit.lower, limit.upper);
+    q_(i) = std::clamp(read, limit.lower, limit.upper) - bias_(i);
     qdot_(i) = 0.0;
   }
 }

@@ -60,7 +60,7 @@ ArmKit KitOf(ArmSet arms, bool housed) {
               2.2};
     }
     case ArmSet::kPuma560:
-      return {"puma560",
+      return {housed ? "puma560_housed" : "puma560",
               {{0, {0.05, 0.05, 0.02}, z, 0.011},
                {1, {-0.05, 0.05, 0.02}, z, 0.011},
                {2, {-0.05, -0.05, 0.02}, z, 0.011},

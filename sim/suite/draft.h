@@ -26,7 +26,7 @@ using Random = std::mt19937_64;
 [[nodiscard]] double Uniform(Random* random, double lower, double upper);
 
 /// Arm, markers, features, camera on a dome round the cell, and the errors of an ordinary cell.
-/// @param housed  The small arms with housings that can hide their markers.
+/// @param housed  The arms with housings that can hide their markers.
 [[nodiscard]] Scenario MakeCell(ArmSet arms, bool housed);
 
 /// What sampling the arm's task may depend on.

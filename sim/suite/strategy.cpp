@@ -171,6 +171,8 @@ Scenario WithStrategy(Scenario scenario, Strategy strategy) {
 const std::vector<Ablation>& AllAblations() {
   static const std::vector<Ablation> all{
       {"damping", "no damping of the inverse", [](Scenario* s) { s->servo.law.damping = 0.0; }},
+      {"path", "straight for the goal in the image, without the reference path",
+       [](Scenario* s) { s->servo.path.enabled = false; }},
       {"bounds", "the textbook law in place of bounded least squares",
        [](Scenario* s) { s->servo.law.textbook = true; }},
       {"certificate", "any view may end the task",

@@ -16,7 +16,8 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180.0;
-constexpr int kTaskDraws = 5000;
+constexpr int kTaskDraws = 50000;
+constexpr int kCameraDraws = 3000;
 
 const char* NameOf(ArmSet arms) {
   switch (arms) {
@@ -124,15 +125,24 @@ CameraChoice FaceOn() {
 struct Recipe {
   MotionDemand motion;
   CameraChoice camera;
-  std::function<void(Random*, Draft*)> change_cell;   // before start and goal are drawn
-  std::function<void(Random*, Scenario*)> add_error;  // after
+  std::function<void(Random*, Draft*)> change_cell;  // once start and goal are drawn
+  std::function<void(Random*, Scenario*)> add_error;
   bool housed{false};
 };
+
+// Direction round the cell from which the markers can be seen at the goal, give or take 60 degrees.
+double FrontAzimuth(Random* random, const Draft& draft) {
+  const Vector3d& normal_W = draft.goal_markers.front().normal_W;
+  const bool upwards = normal_W.head<2>().norm() < 0.2;
+  const double front =
+      upwards ? Uniform(random, -M_PI, M_PI) : std::atan2(normal_W.y(), normal_W.x());
+  return front + Uniform(random, -60.0, 60.0) * kDegree;
+}
 
 void OnRail(Random* random, Draft* draft) {
   CameraRig& rig = draft->scenario.rig;
   const CameraRig dome = rig;
-  const double azimuth = Uniform(random, -M_PI, M_PI);
+  const double azimuth = FrontAzimuth(random, *draft);
   const double distance = 0.5 * (dome.axes[0].lower + dome.axes[0].upper);
   const Vector3d out(std::cos(azimuth), std::sin(azimuth), 0.0);
   rig.kind = RigKind::kRail;
@@ -152,7 +162,7 @@ void OnRail(Random* random, Draft* draft) {
 
 void OnSector(Random* random, Draft* draft) {
   RigAxis& phi = draft->scenario.rig.axes[2];
-  const double middle = Uniform(random, -M_PI, M_PI);
+  const double middle = std::remainder(FrontAzimuth(random, *draft), 2.0 * M_PI);
   phi.lower = middle - 30.0 * kDegree;
   phi.upper = middle + 30.0 * kDegree;
 }
@@ -234,7 +244,7 @@ std::optional<RigVector> ChooseCamera(const CameraChoice& choice, const Draft& d
                                       Random* random) {
   std::optional<RigVector> best;
   double least = kNever;
-  for (int draw = 0, seen = 0; draw < 40 * choice.count + 200 && seen < choice.count; ++draw) {
+  for (int draw = 0, seen = 0; draw < kCameraDraws && seen < choice.count; ++draw) {
     const RigVector q_c = DrawCamera(draft, random);
     const Isometry3d X_WC = RigPose(draft.scenario.rig, q_c);
     if (!SeesGoal(draft, 0, X_WC) || !SeesArm(draft, 0, X_WC)) continue;
@@ -318,8 +328,8 @@ SuiteTask MakeSuiteTask(const SuiteEntry& entry, std::uint64_t seed) {
   const Scenario cell = MakeCell(entry.arms, recipe.housed);
   for (int draw = 0; draw < kTaskDraws; ++draw) {
     Draft draft{cell, {}, {}, {}, {}};
-    if (recipe.change_cell) recipe.change_cell(&random, &draft);
     if (!DrawMotion(entry.arms, recipe.motion, &random, &draft)) continue;
+    if (recipe.change_cell) recipe.change_cell(&random, &draft);
     if (!Feasible(draft, &random)) continue;
     const std::optional<RigVector> q_c = ChooseCamera(recipe.camera, draft, &random);
     if (!q_c) continue;

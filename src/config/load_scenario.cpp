@@ -59,6 +59,19 @@ ServoOptions LoadServo(const Section& section) {
   servo.convergence.max_mm_per_px = convergence.Number(
       "max_mm_per_px", {0.001, 1e6, "mm/px"}, defaults.convergence.max_mm_per_px,
       "Worst motion of a marker that one pixel may hide: the view's certificate.");
+  servo.convergence.tolerance_mm =
+      convergence.Number("tolerance_mm", {0.001, 1e6, "mm"}, defaults.convergence.tolerance_mm,
+                         "By the image every marker must be nearer to its goal point.");
+  const Section path = section.OptionalChild(
+      "path", "The reference's way in the image: that of a straight way in joint space.");
+  servo.path.enabled =
+      path.Flag("enabled", defaults.path.enabled, "Whether far goals are approached along it.");
+  servo.path.reach = path.Number("reach", {1e-3, 10.0, "rad"}, defaults.path.reach,
+                                 "Largest joint step that the reference is ahead.");
+  servo.offset_time = section.Number("offset_time", {0.0, 10.0, "s"}, defaults.offset_time,
+                                     "Time over which image and model are compared.");
+  servo.limit_margin = section.Number("limit_margin", {0.0, 1.0, "rad"}, defaults.limit_margin,
+                                      "Joints are kept this far inside their limits.");
   servo.stall_time = section.Number("stall_time", {0.1, 60.0, "s"}, defaults.stall_time,
                                     "An error that does not fall for this long is a stall.");
   servo.feature_noise_px =

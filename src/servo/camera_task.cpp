@@ -24,17 +24,21 @@ ActiveOutput CameraTask::Step(const ServoSnapshot& snapshot) {
   }
   if (moved) {
     p_WG_.assign(snapshot.p_WG.begin(), snapshot.p_WG.begin() + snapshot.goal_count);
-    // From the joints now, so that the branch the arm will take is the one predicted.
-    const PointGoalSolution solution = SolveForPoints(task_.view.arm, p_EM_, p_WG_, inputs.q);
-    q_goal_ = solution.rms_error < kReachable ? solution.q : inputs.q;
+    // From the joints now, so that the nearest branch is taken; then from the last solution, so that the
+    // branch stays.
+    const JointVector& start = q_goal_.size() > 0 ? q_goal_ : inputs.q;
+    const PointGoalSolution solution = SolveForPoints(task_.view.arm, p_EM_, p_WG_, start);
+    q_goal_ = solution.rms_error < kReachable ? solution.q : JointVector();
   }
-  inputs.q_goal = q_goal_;
+  inputs.q_goal = q_goal_.size() > 0 ? q_goal_ : inputs.q;
   inputs.goal_markers.clear();
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     inputs.goal_markers.push_back(
         {snapshot.p_marker[i], task_.goal.normals[i], task_.goal.marker_radius});
   }
-  return camera_.Step(inputs);
+  ActiveOutput output = camera_.Step(inputs);
+  output.q_goal = q_goal_;
+  return output;
 }
 
 }  // namespace vantage

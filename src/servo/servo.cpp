@@ -19,6 +19,10 @@ constexpr Duration kFutureTolerance = std::chrono::milliseconds(5);
 constexpr double kMaxExtrapolation = 0.05;
 // Time over which the camera's twist is read off its measured poses.
 constexpr Duration kTwistWindow = std::chrono::milliseconds(50);
+// A goal marker that the last images do not show no longer says where the goal is [s].
+constexpr double kGoalMemory = 1.0;
+// An image's difference to the model that changes by more than this is no slow change [px].
+constexpr double kOffsetJump = 15.0;
 // A smaller error by this factor is progress.
 constexpr double kProgress = 0.95;
 
@@ -101,9 +105,16 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   markers_needed_ = static_cast<int>(std::count(needed_.begin(), needed_.end(), true));
   for (const Vector3d& p_WG : task_.goal.p_WG) goal_.emplace_back(p_WG, task_.goal.prior_sigma);
   goal_offset_.fill(Vector2d::Zero());
+  limits_ = task_.view.arm.limits();
+  for (JointLimits& limit : limits_) {
+    const double margin = std::min(options_.limit_margin, 0.1 * (limit.upper - limit.lower));
+    limit.lower += margin;
+    limit.upper -= margin;
+  }
   point_jacobians_.resize(count);
   current_.resize(count);
   wanted_.resize(count);
+  ahead_.resize(count);
   const int n = task_.view.arm.size();
   qdot_ = JointVector::Zero(n);
   q_ = JointVector::Zero(n);
@@ -157,7 +168,10 @@ bool Servo::Accept(const ImageFeatures& features, Time now) noexcept {
 }
 
 void Servo::Accept(const ActiveOutput& active) noexcept {
+  const bool new_goal = active.q_goal.size() == q_.size() &&
+                        (active_.q_goal.size() != q_.size() || active.q_goal != active_.q_goal);
   active_ = active;
+  if (new_goal) X_WE_goal_ = EndEffectorPose(task_.view.arm, active.q_goal);
 }
 
 HoldReason Servo::CheckInputs(Time now) const noexcept {
@@ -187,6 +201,12 @@ void Servo::PredictState(Time now, const Twist& V_WC_C) noexcept {
   kinematics_ = ComputeKinematics(task_.view.arm, q_);
 }
 
+// The part of the difference `measured` that is believed at once, `age` seconds after the last one.
+Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age, double time) {
+  if (age > 3.0 * time || (measured - average).norm() > kOffsetJump) return measured;
+  return average + age / (age + time) * (measured - average);
+}
+
 // Compares the newest image with the model at its exposure. What differs is carried to now: that
 // bridges the latency and the time between two images.
 void Servo::UseImage() noexcept {
@@ -199,20 +219,38 @@ void Servo::UseImage() noexcept {
     const MarkerMeasurement* measured = features_.Find(marker.id);
     const auto expected = Project(X_CE * marker.p);
     if (measured != nullptr && measured->valid && expected) {
-      offset_[i] = measured->pixel - Pixel(camera, expected->n);
+      const Vector2d offset = measured->pixel - Pixel(camera, expected->n);
+      offset_[i] = last_seen_[i]
+                       ? Averaged(offset_[i], offset, Age(features_.exposure, *last_seen_[i]),
+                                  options_.offset_time)
+                       : offset;
       last_seen_[i] = features_.exposure;
     } else if (needed_[i]) {
       ++markers_lost_;
     }
   }
+  goals_lost_ = 0;
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(task_.goal.marker_ids[i]);
-    if (measured == nullptr || !measured->valid) continue;
-    goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
-    // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
-    // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
-    const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
-    if (seen_at) goal_offset_[i] = measured->pixel - Pixel(camera, seen_at->n);
+    std::optional<Time>& last_seen = goal_last_seen_[i];
+    const double age = last_seen ? Age(features_.exposure, *last_seen) : kGoalMemory;
+    if (measured != nullptr && measured->valid) {
+      const auto seen_before = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+      goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
+      // The estimate gives the depth; where the goal is in the image, the image says best. An error of
+      // the camera's pose shifts goal and arm alike, and so leaves the difference of the two.
+      const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+      if (seen_at && seen_before) {
+        const Vector2d offset = measured->pixel - Pixel(camera, seen_at->n);
+        // What the estimate has moved by is no longer an offset.
+        const Vector2d before =
+            goal_offset_[i] - (Pixel(camera, seen_at->n) - Pixel(camera, seen_before->n));
+        goal_offset_[i] = last_seen ? Averaged(before, offset, age, options_.offset_time) : offset;
+        last_seen = features_.exposure;
+      }
+    } else if (needed_[i] && age >= kGoalMemory) {
+      ++goals_lost_;
+    }
   }
   image_is_new_ = false;
 }
@@ -252,6 +290,46 @@ HoldReason Servo::PredictRows() noexcept {
   return HoldReason::kNone;
 }
 
+// Features of the reference on the way to the goal's joints. False: the reference is the goal itself.
+//
+// The image of the model there is corrected by what the image differs from the model: here, the more the
+// nearer it is to here; at the goal, the more the nearer it is to the goal.
+bool Servo::PredictPathRows() noexcept {
+  const ReferencePathOptions& options = options_.path;
+  const JointVector& q_goal = active_.q_goal;
+  reference_.share = 1.0;
+  reference_.step = JointVector::Zero(q_.size());
+  if (!options.enabled || options_.law.textbook || q_goal.size() != q_.size()) return false;
+  const ViewModel& view = task_.view;
+  reference_ = ReferenceAhead(options, view.arm, q_, q_goal, options_.law.gain_at_zero);
+  if (reference_.share == 1.0) return false;
+  const Isometry3d X_CW = X_WC_.inverse();
+  for (std::size_t i = 0; i < ahead_.size(); ++i) {
+    const Vector3d& p_EM = view.markers[i].p;
+    const auto ahead = Project(X_CW * (reference_.X_WE * p_EM));
+    ahead_[i].visible = current_[i].visible && ahead;
+    ahead_[i].on_body = false;
+    if (!ahead_[i].visible) continue;
+    const Vector2d goal_correction = PathCorrection(i);
+    const Vector2d correction =
+        (1.0 - reference_.share) * offset_[i] + reference_.share * goal_correction;
+    ahead_[i].image = {Normalised(view.camera, Pixel(view.camera, ahead->n) + correction),
+                       ahead->depth};
+  }
+  view.features.Evaluate(view.camera, ahead_, &path_rows_);
+  return path_rows_.size() == current_rows_.size();
+}
+
+// By how much a marker's goal in the image differs from the marker's image by the model, the arm being
+// at the goal's joints.
+Vector2d Servo::PathCorrection(std::size_t marker) const noexcept {
+  const Isometry3d X_CW = X_WC_.inverse();
+  const auto modelled = Project(X_CW * (X_WE_goal_ * task_.view.markers[marker].p));
+  if (!modelled || !wanted_[marker].visible) return offset_[marker];
+  const CameraModel& camera = task_.view.camera;
+  return Pixel(camera, wanted_[marker].image.n) - Pixel(camera, modelled->n);
+}
+
 HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   const FeatureJacobian J_v =
       ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
@@ -265,14 +343,23 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
       std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
   ReportMeasures(J_v, system);
 
+  const FeatureRows& target = PredictPathRows() ? path_rows_ : goal_rows_;
+  const FeatureVector error = FeatureError(task_.view.features, current_rows_, target);
   // Flow of the error under the camera's own motion: that of the features less that of their goals.
-  const FeatureVector e_rate = (current_rows_.L - goal_rows_.L) * V_WC_C;
-  const auto& limits = task_.view.arm.limits();
-  const ServoLawResult law = ServoLaw(options_.law, output_.error, J_c, system, e_rate,
-                                      ComputeVelocityBounds(limits, q_, qdot_, dt_));
+  FeatureVector e_rate = (current_rows_.L - target.L) * V_WC_C;
+  VelocityBounds bounds = ComputeVelocityBounds(limits_, q_, qdot_, dt_);
+  // What the image does not show, the model decides: damping pulls towards the way to the goal's joints,
+  // not towards rest.
+  const JointVector qdot_path =
+      options_.law.gain_at_infinity * reference_.step.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
+  e_rate += J_c * qdot_path;
+  bounds.lower -= qdot_path;
+  bounds.upper -= qdot_path;
+  ServoLawResult law = ServoLaw(options_.law, error, J_c, system, e_rate, bounds);
   if (!law.finite) return HoldReason::kNotFinite;
+  law.qdot += qdot_path;
   const bool wait = options_.hold_while_camera_moves && active_.state == ActiveState::kMoving;
-  Command(now, wait ? RampToRest(limits, qdot_, dt_) : law.qdot);
+  Command(now, wait ? RampToRest(limits_, qdot_, dt_) : law.qdot);
   return HoldReason::kNone;
 }
 
@@ -295,11 +382,25 @@ void Servo::ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& sys
     point_jacobians_[i] = PointJacobianOf(J_r, kinematics_.X_WE.linear() * view.markers[i].p);
   }
   report.mm_per_px = WorstMillimetresPerPixel(system, point_jacobians_);
+  remaining_mm_ = RemainingMillimetres(system);
   report.trigger_measure = trigger_.measure;
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
   report.cause = DiagnoseLowMeasure(system, manipulability, J_r, RowsNeeded(),
                                     report.trigger_value < trigger_.threshold);
+}
+
+// The joint motion that the image error stands for, and how far it moves the markers [mm]. Directions
+// that the image does not show are left out: the view's certificate answers for them.
+double Servo::RemainingMillimetres(const SingularSystem& system) const noexcept {
+  JointVector dq = JointVector::Zero(q_.size());
+  for (int i = 0; i < system.measure.rank; ++i) {
+    const double sigma = system.measure.sigma(i);
+    dq += system.directions.col(i) * (system.axes.col(i).dot(output_.error) / (sigma * sigma));
+  }
+  double worst = 0.0;
+  for (const PointJacobian& J : point_jacobians_) worst = std::max(worst, (J * dq).norm());
+  return 1e3 * worst;
 }
 
 int Servo::RowsNeeded() const noexcept {
@@ -312,22 +413,26 @@ int Servo::RowsNeeded() const noexcept {
 void Servo::JudgeProgress(Time now) noexcept {
   const ConvergenceOptions& goal = options_.convergence;
   const double error = output_.status.error_px;
+  const double way = active_.q_goal.size() == q_.size() ? (active_.q_goal - q_).norm() : 0.0;
   const bool certified = output_.observability.mm_per_px <= goal.max_mm_per_px;
-  const bool complete = markers_lost_ == 0;
+  const bool near = error <= goal.tolerance_px && remaining_mm_ <= goal.tolerance_mm;
+  const bool complete = markers_lost_ == 0 && goals_lost_ == 0;
   // A camera on its way to a better view will see better still: no verdict before it is there.
   const bool moving = active_.state == ActiveState::kMoving;
-  if (error > goal.tolerance_px || !complete || moving) {
+  if (!near || !complete || moving) {
     below_since_.reset();
   } else if (!below_since_) {
     below_since_ = now;
   }
-  if (!best_since_ || error < kProgress * best_error_ || moving) {
-    best_error_ = error;
+  const bool progress = error < kProgress * best_error_ || way < kProgress * best_way_;
+  if (!best_since_ || progress || moving) {
+    best_error_ = !best_since_ || moving ? error : std::min(error, best_error_);
+    best_way_ = !best_since_ || moving ? way : std::min(way, best_way_);
     best_since_ = now;
   }
   const bool settled = below_since_ && Age(now, *below_since_) >= goal.settle_time;
   const bool stands = Age(now, *best_since_) > options_.stall_time;
-  stalled_ = (settled && !certified) || (stands && error > goal.tolerance_px);
+  stalled_ = (settled && !certified) || (stands && !(near && complete));
   output_.status.reason = HoldReason::kNone;
   if (settled && certified) {
     output_.status.state = ServoState::kConverged;
@@ -369,7 +474,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   if (reason == HoldReason::kNone) {
     JudgeProgress(now);
   } else {
-    Command(now, RampToRest(task_.view.arm.limits(), qdot_, dt_));
+    Command(now, RampToRest(limits_, qdot_, dt_));
     below_since_.reset();
     best_since_.reset();
     stalled_ = false;

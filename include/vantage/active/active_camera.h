@@ -91,6 +91,7 @@ struct ActiveOutput {
   RigVector qdot_c;                                       ///< Their rate [m/s, rad/s].
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Commanded camera pose.
   Twist V_WC_C{Twist::Zero()};  ///< Twist of that pose: what the servo feeds forward.
+  JointVector q_goal;           ///< Joints the task is predicted to end at; empty: unknown.
   double trigger_value{0.0};    ///< The trigger's measure now.
   bool triggered{false};        ///< Below the threshold, hysteresis included.
   double gain{0.0};             ///< Relative gain of the measure that the last move promised.

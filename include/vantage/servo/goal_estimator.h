@@ -20,8 +20,10 @@ class GoalPointEstimator {
   /// One measurement, with lens distortion removed from `pixel`.
   ///
   /// @param sigma_px  Standard deviation of a pixel coordinate [px]; > 0.
-  /// @return false, and nothing changed, when the estimate is not in front of the camera, the pixel
-  ///   is not finite, or it lies further than `gate` standard deviations from what is expected.
+  /// A measurement further than `gate` standard deviations from what is expected is refused; when many
+  /// in a row are, it is the estimate that is wrong, and its covariance grows until one is let in.
+  /// @return false, and the estimate not changed, when it is refused, the estimate is not in front of the
+  ///   camera or the pixel is not finite.
   /// Real-time safe.
   bool Update(const CameraModel& camera, const Eigen::Isometry3d& X_WC,
               const Eigen::Vector2d& pixel, double sigma_px, double gate = 5.0) noexcept;
@@ -34,6 +36,7 @@ class GoalPointEstimator {
  private:
   Eigen::Vector3d p_WG_;
   Eigen::Matrix3d covariance_;
+  int refused_in_a_row_{0};
 };
 
 }  // namespace vantage

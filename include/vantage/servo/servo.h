@@ -12,6 +12,7 @@
 #include "vantage/robot/joint_state.h"
 #include "vantage/servo/goal_estimator.h"
 #include "vantage/servo/history.h"
+#include "vantage/servo/reference_path.h"
 #include "vantage/servo/servo_options.h"
 #include "vantage/servo/servo_report.h"
 
@@ -91,8 +92,11 @@ class Servo {
   [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason PredictRows() noexcept;
+  [[nodiscard]] bool PredictPathRows() noexcept;
+  [[nodiscard]] Eigen::Vector2d PathCorrection(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
   void ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept;
+  [[nodiscard]] double RemainingMillimetres(const SingularSystem& system) const noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
   void JudgeProgress(Time now) noexcept;
   void Command(Time now, const JointVector& qdot) noexcept;
@@ -103,6 +107,7 @@ class Servo {
   bool enabled_{true};
   std::vector<bool> needed_;  // markers that some feature uses
   int markers_needed_{0};
+  std::vector<JointLimits> limits_;  // with the margin
 
   History<JointVector, kHistory> joints_;
   History<Eigen::Isometry3d, kHistory> poses_;
@@ -115,6 +120,8 @@ class Servo {
   // Per marker of the goal: measured pixel less that of its estimate.
   std::array<Eigen::Vector2d, kMaxPoints> goal_offset_;
   int markers_lost_{0};  // needed, and not in the newest image
+  std::array<std::optional<Time>, kMaxPoints> goal_last_seen_{};
+  int goals_lost_{0};  // markers of the goal that were not seen lately
   std::vector<GoalPointEstimator> goal_;
   ActiveOutput active_;
 
@@ -128,12 +135,18 @@ class Servo {
   Kinematics kinematics_;
   PointViews current_, wanted_;
   FeatureRows current_rows_, goal_rows_;
+  PathReference reference_;
+  Eigen::Isometry3d X_WE_goal_{Eigen::Isometry3d::Identity()};  // at active_.q_goal
+  double remaining_mm_{0.0};  // worst marker's distance to its goal point, by the image
+  PointViews ahead_;          // the reference's points
+  FeatureRows path_rows_;     // of them
   std::vector<PointJacobian> point_jacobians_;
 
   // Convergence and stall.
   std::optional<Time> below_since_;  // error below the tolerance
   std::optional<Time> best_since_;   // smallest error so far
   double best_error_{0.0};
+  double best_way_{0.0};  // least distance to the goal's joints so far
   bool stalled_{false};
 
   ServoOutput output_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "vantage/control/servo_law.h"
+#include "vantage/servo/reference_path.h"
 
 namespace vantage {
 
@@ -20,19 +21,28 @@ struct ConvergenceOptions {
   /// The view must certify the result: the worst motion of a marker that one pixel of error may hide
   /// [mm/px]; > 0.
   double max_mm_per_px{8.0};
+  /// By the image, every marker must be nearer to its goal point than this [mm]; > 0.
+  double tolerance_mm{1.0};
 };
 
 /// Options of one servo.
 struct ServoOptions {
   double period{0.002};  ///< Control period [s]; in [0.0005, 0.1].
   ServoLawOptions law;
+  ReferencePathOptions path;
   StalenessLimits staleness;
   ConvergenceOptions convergence;
+  /// Joints are kept this far inside their limits: room for encoder noise and for the lag of their
+  /// drives [rad or m]; >= 0, at most a tenth of a joint's range is taken.
+  double limit_margin{0.005};
   bool hold_while_camera_moves{false};  ///< Stop and go: the arm rests until the camera is there.
   double stall_time{1.5};        ///< Error not falling for this long counts as stalled [s]; > 0.
   double feature_noise_px{0.3};  ///< Standard deviation of a measured pixel coordinate [px]; > 0.
   /// By how much errors of calibration shift a whole image, one view against another [px]; >= 0.
   double calibration_px{2.0};
+  /// How the image differs from the model changes slowly: measured differences are averaged over about
+  /// this time [s]; >= 0.
+  double offset_time{0.15};
 };
 
 }  // namespace vantage
