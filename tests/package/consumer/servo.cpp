@@ -32,10 +32,10 @@ View Look(const ArmModel& arm, const CameraModel& camera, const Eigen::Isometry3
 }  // namespace
 
 int main() {
-  const ArmModel arm("planar", DhConvention::kStandard,
-                     {{JointKind::kRevolute, 0, 0, 0.4, 0, 0}, {JointKind::kRevolute, 0, 0, 0.3, 0, 0}},
-                     std::vector<JointLimits>(2), Eigen::Isometry3d::Identity(),
-                     Eigen::Isometry3d::Identity());
+  const ArmModel arm(
+      "planar", DhConvention::kStandard,
+      {{JointKind::kRevolute, 0, 0, 0.4, 0, 0}, {JointKind::kRevolute, 0, 0, 0.3, 0, 0}},
+      std::vector<JointLimits>(2), Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity());
   CameraModel camera;
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  // above the plane, looking down
   X_WC.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal();
@@ -49,7 +49,8 @@ int main() {
     const View view = Look(arm, camera, X_WC, q);
     const FeatureVector e = view.rows.s - goal.s;
     error = e.norm();
-    if (i % 200 == 0) std::printf("%4.1f s  error %8.4f px  w_c %.4g\n", i * period, error, MeasureOf(view.J_c).w);
+    if (i % 200 == 0)
+      std::printf("%4.1f s  error %8.4f px  w_c %.4g\n", i * period, error, MeasureOf(view.J_c).w);
     const FeatureVector still = FeatureVector::Zero(e.size());
     const ServoLawResult law = ServoLaw({}, e, view.J_c, Decompose(view.J_c), still,
                                         ComputeVelocityBounds(arm.limits(), q, qdot, period));
