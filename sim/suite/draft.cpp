@@ -186,6 +186,10 @@ Scenario MakeCell(ArmSet arms, bool housed) {
   Scenario scenario{"", "", {view, {}}, rig, RigVector(), {}, {}, 60.0, {}, {}, {}};
   scenario.servo.period = 0.005;
   scenario.sim.step = 0.005;
+  // The task is done within 2 mm: the view must be able to tell, and the image must say so.
+  scenario.servo.convergence.max_mm_per_px = 6.0;
+  scenario.servo.convergence.tolerance_mm = 0.8;
+  scenario.active.planner.max_mm_per_px = scenario.servo.convergence.max_mm_per_px;
   scenario.sim.arm.encoder_bias = 0.3 * kDegree;
   scenario.sim.arm.encoder_noise = 0.005 * kDegree;
   scenario.sim.camera.latency_frames = 2;

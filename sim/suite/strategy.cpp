@@ -176,7 +176,10 @@ const std::vector<Ablation>& AllAblations() {
       {"bounds", "the textbook law in place of bounded least squares",
        [](Scenario* s) { s->servo.law.textbook = true; }},
       {"certificate", "any view may end the task",
-       [](Scenario* s) { s->servo.convergence.max_mm_per_px = 1e6; }},
+       [](Scenario* s) {
+         s->servo.convergence.max_mm_per_px = 1e6;
+         s->active.planner.max_mm_per_px = 1e6;
+       }},
       {"look-ahead", "markers about to be lost do not fire",
        [](Scenario* s) { s->active.look_ahead = 0.0; }},
       {"path-samples", "views are scored at the present configuration alone",

@@ -149,7 +149,9 @@ bool ActiveCamera::WouldLoseMarker(const ActiveInputs& inputs, double dt) const 
 
 void ActiveCamera::Move(double dt, const ActiveInputs& inputs) {
   if (!moving_) return;
-  const bool loses = WouldLoseMarker(inputs, dt);
+  // What is lost already, or by plan, needs no guard: the arm waits.
+  const bool guarded = !may_lose_ && inputs.markers_lost == 0;
+  const bool loses = guarded && WouldLoseMarker(inputs, dt);
   if (loses && !held_since_) {
     held_since_ = inputs.now;
     held_at_ = motion_.s();
@@ -165,7 +167,7 @@ void ActiveCamera::Move(double dt, const ActiveInputs& inputs) {
     // It was planned from where the camera was expected to come to rest.
     RigPath path = next_->StartingAt(motion_.q_c());
     for (int i = 1; i < RigPath::kPoints; ++i) path.point(i) = ClampToLimits(rig_, path.point(i));
-    Begin(path, next_gain_);
+    Begin(path, next_gain_, next_loses_);
     return;
   }
   const bool stuck =
@@ -271,8 +273,9 @@ PlanRequest ActiveCamera::RequestFrom(const ActiveInputs& inputs, const RigVecto
   return request;
 }
 
-void ActiveCamera::Begin(const RigPath& path, double gain) {
+void ActiveCamera::Begin(const RigPath& path, double gain, bool may_lose) {
   motion_ = RigMotion(rig_, path);
+  may_lose_ = may_lose;
   moving_ = true;
   next_.reset();
   held_since_.reset();
@@ -294,10 +297,15 @@ void ActiveCamera::Plan(const ActiveInputs& inputs, ActiveReason reason) {
   // The camera loses markers that the model sees, or the servo stands in a view that looks good: what
   // is wrong here is not in the model.
   request.stay_is_spoiled = reason == ActiveReason::kMarkerLost || reason == ActiveReason::kStalled;
-  const ViewPlan plan = PlanView(model_, rig_, options_.trigger, options_.planner, request);
+  request.may_lose = reason == ActiveReason::kMarkerLost;
+  ViewPlan plan = PlanView(model_, rig_, options_.trigger, options_.planner, request);
+  if (plan.verdict == PlanVerdict::kNoPath && !request.may_lose) {
+    request.may_lose = true;
+    plan = PlanView(model_, rig_, options_.trigger, options_.planner, request);
+  }
   output_.refusal = RefusalOf(plan.verdict);
   if (plan.verdict == PlanVerdict::kMove) {
-    Begin(plan.path, plan.gain);
+    Begin(plan.path, plan.gain, plan.loses);
   } else {
     ++output_.fruitless;
     ++fruitless_in_a_row_;
@@ -314,12 +322,14 @@ void ActiveCamera::PlanOnTheWay(const ActiveInputs& inputs) {
   PlanRequest request = RequestFrom(inputs, motion_.StopCoordinates());
   request.q_c_stay = motion_.path().end();
   request.q_soon.resize(0);  // The camera is not there yet.
+  request.may_lose = may_lose_;
   PlannerOptions options = options_.planner;
   options.min_gain *= kTurnOff;
   const ViewPlan plan = PlanView(model_, rig_, options_.trigger, options, request);
   if (plan.verdict != PlanVerdict::kMove) return;
   next_ = plan.path;
   next_gain_ = plan.gain;
+  next_loses_ = plan.loses;
 }
 
 ActiveOutput ActiveCamera::Step(const ActiveInputs& inputs) {

@@ -113,8 +113,12 @@ ViewFault CheckMarkerUnobstructed(const CameraModel& camera, const ViewLimits& l
   if (image->depth < limits.min_depth) return ViewFault::kTooNear;
   if (image->depth > limits.max_depth) return ViewFault::kTooFar;
   if (!InImage(camera, ToPixel(camera, image->n), limits.margin)) return ViewFault::kOutOfImage;
-  if (!(ray_W.dot(marker.normal_W) > std::cos(limits.max_incidence) * ray_W.norm())) {
-    return ViewFault::kFacesAway;
+  const double distance = ray_W.norm();
+  const double cos_incidence = ray_W.dot(marker.normal_W) / distance;
+  if (!(cos_incidence > std::cos(limits.max_incidence))) return ViewFault::kFacesAway;
+  const double focal = std::min(camera.fx, camera.fy);
+  if (focal * marker.radius * cos_incidence < limits.min_semi_axis * distance) {
+    return ViewFault::kTooSmall;
   }
   return ViewFault::kNone;
 }
@@ -188,6 +192,8 @@ const char* Name(ViewFault fault) noexcept {
       return "FACES_AWAY";
     case ViewFault::kHidden:
       return "HIDDEN";
+    case ViewFault::kTooSmall:
+      return "TOO_SMALL";
   }
   return "?";
 }

@@ -30,6 +30,10 @@ constexpr double kWorthless = 1e-3;
 constexpr double kCrossing = 1.0;
 // A view that is spoilt for a reason unknown is not mended nearer to it than this [m or rad].
 constexpr double kElsewhere = 0.2;
+// A view is planned to certify the end with this share of the bound: the end is a prediction.
+constexpr double kCertifiedShare = 0.85;
+// Of a view that certifies nothing: as bad as this many times the bound.
+constexpr double kUncertified = 20.0;
 // Better views whose ways are tried before giving up.
 constexpr int kMaxWays = 12;
 // Points of a way at which the markers are looked for: one every so many metres or radians.
@@ -193,6 +197,15 @@ class Scene {
     return sum / (size() - 1);
   }
 
+  /// How much worse a view is because it does not certify the motion's end; 0: it does.
+  [[nodiscard]] double Uncertified(const Isometry3d& X_WC) const {
+    const ArmSample& end = motion_.back();
+    const double mm_per_px =
+        WorstMillimetresPerPixel(Decompose(CompositeJacobian(model_, end, X_WC)), end.J_marker_W);
+    const double bound = kCertifiedShare * options_.max_mm_per_px;
+    return std::log(std::clamp(mm_per_px / bound, 1.0, kUncertified));
+  }
+
   [[nodiscard]] ViewScore Evaluate(const Isometry3d& X_WC) const {
     ViewScore view;
     const int unobstructed = CountUnobstructed(X_WC, &view.fault);
@@ -201,6 +214,7 @@ class Scene {
     SampleValues values;
     for (int i = 0; i < view.seen; ++i) values[i] = ValueAt(i, X_WC);
     view.score = Score(values, view.seen);
+    if (view.seen == size()) view.score -= Uncertified(X_WC);
     return view;
   }
 
@@ -247,6 +261,7 @@ struct Candidate {
   Isometry3d X_WC;
   SampleValues values;
   ViewScore view;
+  double uncertified{0.0};
   double travel{0.0};   // [m + rad]
   double worth{0.0};    // score less the cost of travel
   bool checked{false};  // for occlusion
@@ -275,6 +290,7 @@ class Search {
                Eigen::AngleAxisd(X_WFrom_.linear().transpose() * c.X_WC.linear()).angle();
     c.view.seen = scene_.CountUnobstructed(c.X_WC, &c.view.fault);
     for (int i = 0; i < c.view.seen; ++i) c.values[i] = scene_.ValueAt(i, c.X_WC);
+    if (c.view.seen == scene_.size()) c.uncertified = scene_.Uncertified(c.X_WC);
     Rate(&c);
     return c;
   }
@@ -294,6 +310,7 @@ class Search {
  private:
   void Rate(Candidate* c) const {
     c->view.score = scene_.Score(c->values, c->view.seen);
+    if (c->view.seen == scene_.size()) c->view.score -= c->uncertified;
     c->worth = c->view.score - options_.travel_cost * c->travel;
   }
 
@@ -385,20 +402,23 @@ int CountLosses(const Scene& scene, const CameraRig& rig, const RigMotion& motio
 struct Way {
   RigPath path;
   double duration{0.0};
+  int losses{0};
   bool found{false};
 };
 
-// The fastest way that loses no marker.
+// The fastest way that loses no marker; where some may be lost, the one with the fewest losses.
 Way FindWay(const Scene& scene, const CameraRig& rig, const PlanRequest& request,
             const Vector3d& aim_W, const Candidate& to, bool seen_at_start) {
   Way best;
   for (const RigPath& path : PathsBetween(rig, request.q_c, to.q_c, aim_W)) {
     const RigMotion motion(rig, path);
-    if (best.found && motion.duration() >= best.duration) continue;
-    if (CountLosses(scene, rig, motion, request.progress_rate, seen_at_start, to.view.seen) > 0) {
-      continue;
-    }
-    best = {path, motion.duration(), true};
+    const bool slower = best.found && motion.duration() >= best.duration;
+    if (slower && best.losses == 0) continue;
+    const int losses =
+        CountLosses(scene, rig, motion, request.progress_rate, seen_at_start, to.view.seen);
+    if (losses > 0 && !request.may_lose) continue;
+    if (best.found && (losses > best.losses || (losses == best.losses && slower))) continue;
+    best = {path, motion.duration(), losses, true};
   }
   return best;
 }
@@ -424,6 +444,9 @@ void Validate(const PlannerOptions& options) {
   }
   if (!(options.min_gain >= 0.0) || !std::isfinite(options.min_gain)) {
     refuse("min_gain", "must be >= 0, is " + std::to_string(options.min_gain));
+  }
+  if (!(options.max_mm_per_px > 0.0)) {
+    refuse("max_mm_per_px", "must be > 0 mm/px, is " + std::to_string(options.max_mm_per_px));
   }
   const ViewLimits& limits = options.limits;
   if (!(limits.margin >= 0.0) || !std::isfinite(limits.margin)) {
@@ -526,6 +549,7 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
     plan.verdict = PlanVerdict::kMove;
     plan.path = way.path;
     plan.duration = way.duration;
+    plan.loses = way.losses > 0;
     plan.move = best->view;
     plan.gain = std::expm1(best->view.score - stay_score);
     plan.views_scored = search.scored();

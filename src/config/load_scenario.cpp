@@ -68,6 +68,9 @@ ServoOptions LoadServo(const Section& section) {
       path.Flag("enabled", defaults.path.enabled, "Whether far goals are approached along it.");
   servo.path.reach = path.Number("reach", {1e-3, 10.0, "rad"}, defaults.path.reach,
                                  "Largest joint step that the reference is ahead.");
+  servo.path.trust =
+      path.Number("trust", {0.0, 1e5, "px/rad"}, defaults.path.trust,
+                  "What the image shows by less than this follows the model on the way.");
   servo.offset_time = section.Number("offset_time", {0.0, 10.0, "s"}, defaults.offset_time,
                                      "Time over which image and model are compared.");
   servo.limit_margin = section.Number("limit_margin", {0.0, 1.0, "rad"}, defaults.limit_margin,
@@ -130,6 +133,8 @@ ActiveOptions LoadActive(const Section& section) {
   view.max_depth =
       limits.Number("max_depth", {0.001, 1e4, "m"}, view.max_depth, "Greatest depth of a marker.");
   if (view.max_depth <= view.min_depth) limits.Fail("max_depth", "must be above min_depth");
+  view.min_semi_axis = limits.Number("min_semi_axis", {0.0, 1000.0, "px"}, view.min_semi_axis,
+                                     "Short semi-axis of a disc's image.");
   view.max_incidence = limits.Degrees(
       "max_incidence_deg", {1.0, 90.0, "deg"}, view.max_incidence * 180.0 / 3.141592653589793,
       "Greatest angle between a marker's normal and the ray to it.");
@@ -259,6 +264,7 @@ Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRec
                     {},   60.0,        {},         {},      remarks};
   scenario.servo = LoadServo(root.OptionalChild("servo", "The control law and its limits."));
   scenario.active = LoadActive(root.OptionalChild("active", "The active camera."));
+  scenario.active.planner.max_mm_per_px = scenario.servo.convergence.max_mm_per_px;
   scenario.time_limit = root.Number("time_limit", {0.1, 86400.0, "s"}, scenario.time_limit,
                                     "vantage-run gives up after this long.");
   scenario.sim = LoadSim(root.Child("sim", "For the simulator alone."), view.arm);

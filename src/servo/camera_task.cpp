@@ -1,10 +1,17 @@
 #include "vantage/servo/camera_task.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace vantage {
 namespace {
 
 // The goal's joints are solved for anew when a goal point has moved by more than this [m].
 constexpr double kGoalMoved = 1e-3;
+// A solution nearer than this to every goal point is one; estimated points never fit exactly [m].
+constexpr double kSolved = 3e-3;
+// After a goal has moved by more than this, the branch taken for the last one means nothing [m].
+constexpr double kGoalElsewhere = 0.03;
 // A goal further from what the arm can reach than this is no prediction [m].
 constexpr double kReachable = 0.05;
 
@@ -16,19 +23,29 @@ CameraTask::CameraTask(const ServoTask& task, const CameraRig& rig, const RigVec
   for (const Marker& marker : task_.view.markers) p_EM_.push_back(marker.p);
 }
 
+// Joints at the goal: from the last solution, so that the branch stays; at first, and when there is none
+// near it, from the joints now, so that the nearest branch is taken.
+void CameraTask::SolveForGoal(const JointVector& q, bool anew) {
+  if (!anew && q_goal_.size() > 0) {
+    const auto near = SolveForPoints(task_.view.arm, p_EM_, p_WG_, q_goal_, kSolved);
+    if (near.converged) {
+      q_goal_ = near.q;
+      return;
+    }
+  }
+  const auto solution = SolveForPoints(task_.view.arm, p_EM_, p_WG_, q, kSolved);
+  q_goal_ = solution.rms_error < kReachable ? solution.q : JointVector();
+}
+
 ActiveOutput CameraTask::Step(const ServoSnapshot& snapshot) {
   ActiveInputs inputs = snapshot.active;
-  bool moved = p_WG_.empty();
+  double moved = p_WG_.empty() ? std::numeric_limits<double>::infinity() : 0.0;
   for (std::size_t i = 0; i < p_WG_.size(); ++i) {
-    moved = moved || (snapshot.p_WG[i] - p_WG_[i]).norm() > kGoalMoved;
+    moved = std::max(moved, (snapshot.p_WG[i] - p_WG_[i]).norm());
   }
-  if (moved) {
+  if (moved > kGoalMoved) {
     p_WG_.assign(snapshot.p_WG.begin(), snapshot.p_WG.begin() + snapshot.goal_count);
-    // From the joints now, so that the nearest branch is taken; then from the last solution, so that the
-    // branch stays.
-    const JointVector& start = q_goal_.size() > 0 ? q_goal_ : inputs.q;
-    const PointGoalSolution solution = SolveForPoints(task_.view.arm, p_EM_, p_WG_, start);
-    q_goal_ = solution.rms_error < kReachable ? solution.q : JointVector();
+    SolveForGoal(inputs.q, moved > kGoalElsewhere);
   }
   inputs.q_goal = q_goal_.size() > 0 ? q_goal_ : inputs.q;
   inputs.goal_markers.clear();

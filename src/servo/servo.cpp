@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "vantage/math/error.h"
@@ -23,6 +24,18 @@ constexpr Duration kTwistWindow = std::chrono::milliseconds(50);
 constexpr double kGoalMemory = 1.0;
 // An image's difference to the model that changes by more than this is no slow change [px].
 constexpr double kOffsetJump = 15.0;
+// From nearer than this to where it looked from last, a camera sees nothing new of a goal at rest: its
+// errors of calibration are the same [m], [rad].
+constexpr double kNewViewDistance = 0.03;
+constexpr double kNewViewAngle = 0.03;
+// How well kinematics and calibration place a marker that stands at its goal in a view that certifies
+// it: standard deviation along each axis [m].
+constexpr double kArrivalSigma = 0.01;
+// Slower than this the arm counts as standing [rad/s or m/s]; averages then take this many times longer.
+constexpr double kStandingSpeed = 0.03;
+constexpr double kStandingAverage = 4.0;
+// An arm that stands this many times the tolerance from its goal, and gets no nearer, is there.
+constexpr double kReachedShare = 2.0;
 // A smaller error by this factor is progress.
 constexpr double kProgress = 0.95;
 
@@ -211,6 +224,9 @@ Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age,
 // bridges the latency and the time between two images.
 void Servo::UseImage() noexcept {
   const CameraModel& camera = task_.view.camera;
+  const bool standing = qdot_.lpNorm<Eigen::Infinity>() < kStandingSpeed &&
+                        CameraTwist().lpNorm<Eigen::Infinity>() < 1e-6;
+  const double time = (standing ? kStandingAverage : 1.0) * options_.offset_time;
   const JointVector q = *joints_.At(features_.exposure, Between);
   const Isometry3d X_CE = features_.X_WC.inverse() * EndEffectorPose(task_.view.arm, q);
   markers_lost_ = 0;
@@ -236,7 +252,9 @@ void Servo::UseImage() noexcept {
     const double age = last_seen ? Age(features_.exposure, *last_seen) : kGoalMemory;
     if (measured != nullptr && measured->valid) {
       const auto seen_before = Project(features_.X_WC.inverse() * goal_[i].p_WG());
-      goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
+      if (NewView(i)) goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
+      // In the image it is there: then it is there in depth too, as well as the arm knows.
+      if (arrived_) goal_[i].Observe(ArrivedAt(i), kArrivalSigma);
       // The estimate gives the depth; where the goal is in the image, the image says best. An error of
       // the camera's pose shifts goal and arm alike, and so leaves the difference of the two.
       const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
@@ -245,7 +263,7 @@ void Servo::UseImage() noexcept {
         // What the estimate has moved by is no longer an offset.
         const Vector2d before =
             goal_offset_[i] - (Pixel(camera, seen_at->n) - Pixel(camera, seen_before->n));
-        goal_offset_[i] = last_seen ? Averaged(before, offset, age, options_.offset_time) : offset;
+        goal_offset_[i] = last_seen ? Averaged(before, offset, age, time) : offset;
         last_seen = features_.exposure;
       }
     } else if (needed_[i] && age >= kGoalMemory) {
@@ -253,6 +271,23 @@ void Servo::UseImage() noexcept {
     }
   }
   image_is_new_ = false;
+}
+
+// True when the camera looks at a goal's marker from elsewhere than last time.
+bool Servo::NewView(std::size_t marker) noexcept {
+  std::optional<Isometry3d>& X_WLast = goal_seen_from_[marker];
+  const Isometry3d& X_WC = features_.X_WC;
+  if (X_WLast && (X_WLast->translation() - X_WC.translation()).norm() < kNewViewDistance &&
+      Eigen::AngleAxisd(X_WLast->linear().transpose() * X_WC.linear()).angle() < kNewViewAngle) {
+    return false;
+  }
+  X_WLast = X_WC;
+  return true;
+}
+
+// Where the goal's marker would be if the arm's stood at its goal point now.
+Vector3d Servo::ArrivedAt(std::size_t marker) const noexcept {
+  return kinematics_.X_WE * task_.view.markers[marker].p - task_.goal.offset_W;
 }
 
 double Servo::GoalSigma() const noexcept {
@@ -320,6 +355,20 @@ bool Servo::PredictPathRows() noexcept {
   return path_rows_.size() == current_rows_.size();
 }
 
+// The law's options, with the damping that the way and the view ask for.
+ServoLawOptions Servo::LawHere() const noexcept {
+  ServoLawOptions law = options_.law;
+  const bool known = active_.q_goal.size() == q_.size();
+  if (!options_.path.enabled || law.textbook || !known) return law;
+  const double excess = output_.observability.mm_per_px / options_.convergence.max_mm_per_px - 1.0;
+  const double doubt = reference_.share < 1.0 ? 1.0 : std::clamp(excess, 0.0, 1.0);
+  const double trust = doubt * options_.path.trust;
+  if (trust <= law.damping) return law;
+  law.damping = trust;
+  law.damping_onset = std::numeric_limits<double>::infinity();
+  return law;
+}
+
 // By how much a marker's goal in the image differs from the marker's image by the model, the arm being
 // at the goal's joints.
 Vector2d Servo::PathCorrection(std::size_t marker) const noexcept {
@@ -355,7 +404,7 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   e_rate += J_c * qdot_path;
   bounds.lower -= qdot_path;
   bounds.upper -= qdot_path;
-  ServoLawResult law = ServoLaw(options_.law, error, J_c, system, e_rate, bounds);
+  ServoLawResult law = ServoLaw(LawHere(), error, J_c, system, e_rate, bounds);
   if (!law.finite) return HoldReason::kNotFinite;
   law.qdot += qdot_path;
   const bool wait = options_.hold_while_camera_moves && active_.state == ActiveState::kMoving;
@@ -415,7 +464,10 @@ void Servo::JudgeProgress(Time now) noexcept {
   const double error = output_.status.error_px;
   const double way = active_.q_goal.size() == q_.size() ? (active_.q_goal - q_).norm() : 0.0;
   const bool certified = output_.observability.mm_per_px <= goal.max_mm_per_px;
-  const bool near = error <= goal.tolerance_px && remaining_mm_ <= goal.tolerance_mm;
+  const bool stands = best_since_ && Age(now, *best_since_) > options_.stall_time;
+  const double slack = stands && certified ? kReachedShare : 1.0;
+  const bool near =
+      error <= slack * goal.tolerance_px && remaining_mm_ <= slack * goal.tolerance_mm;
   const bool complete = markers_lost_ == 0 && goals_lost_ == 0;
   // A camera on its way to a better view will see better still: no verdict before it is there.
   const bool moving = active_.state == ActiveState::kMoving;
@@ -431,7 +483,8 @@ void Servo::JudgeProgress(Time now) noexcept {
     best_since_ = now;
   }
   const bool settled = below_since_ && Age(now, *below_since_) >= goal.settle_time;
-  const bool stands = Age(now, *best_since_) > options_.stall_time;
+  arrived_ = certified && complete && error <= kReachedShare * goal.tolerance_px &&
+             remaining_mm_ <= 5.0 * goal.tolerance_mm;
   stalled_ = (settled && !certified) || (stands && !(near && complete));
   output_.status.reason = HoldReason::kNone;
   if (settled && certified) {
@@ -478,6 +531,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
     below_since_.reset();
     best_since_.reset();
     stalled_ = false;
+    arrived_ = false;
     status.reason = reason;
     const bool waiting = before == ServoState::kIdle || before == ServoState::kAcquiring;
     status.state =

@@ -125,7 +125,7 @@ class ActiveCamera {
   void Plan(const ActiveInputs& inputs, ActiveReason reason);
   void PlanOnTheWay(const ActiveInputs& inputs);
   [[nodiscard]] PlanRequest RequestFrom(const ActiveInputs& inputs, const RigVector& q_c) const;
-  void Begin(const RigPath& path, double gain);
+  void Begin(const RigPath& path, double gain, bool may_lose);
   const ActiveOutput& Publish(const ActiveInputs& inputs);
 
   ViewModel model_;
@@ -137,6 +137,8 @@ class ActiveCamera {
   bool moving_{false};
   std::optional<RigPath> next_;  // to take once at rest
   double next_gain_{0.0};
+  bool next_loses_{false};
+  bool may_lose_{false};  // on this way, by plan
   bool started_{false};
   Time last_step_{};
   std::optional<Time> last_plan_;

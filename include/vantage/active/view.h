@@ -37,6 +37,8 @@ struct ViewLimits {
   double min_depth{0.3};      ///< [m].
   double max_depth{20.0};     ///< [m].
   double max_incidence{1.3};  ///< Angle between a marker's normal and the ray to it [rad].
+  /// Short semi-axis of a disc's image: what a detector finds, and some [px].
+  double min_semi_axis{2.0};
 };
 
 /// First thing that spoils a view, in the order they are checked.
@@ -48,6 +50,7 @@ enum class ViewFault : int {
   kOutOfImage,  ///< Outside the image, margin included.
   kFacesAway,   ///< Seen from behind or too obliquely.
   kHidden,      ///< A link of the arm stands before it.
+  kTooSmall,    ///< Its disc's image is too flat or too small to be found.
 };
 
 /// A marker centre with its normal, in the world.

@@ -20,6 +20,9 @@ struct PlannerOptions {
   double travel_cost{0.03};  ///< Cost per metre or radian of camera travel, in units of log w / s.
   double cap{4.0};           ///< Measures above cap * threshold count as good enough; > 1.
   double min_gain{0.15};     ///< Relative gain of w_c^(1/s) that a move must promise; >= 0.
+  /// A view of the motion's end in which one pixel may hide more than this is worth less by the ratio of
+  /// the two [mm/px]; > 0.
+  double max_mm_per_px{8.0};
   ViewLimits limits;
 };
 
@@ -40,6 +43,9 @@ struct PlanRequest {
   RigVector q_c;       ///< Where the camera starts from, at rest.
   RigVector q_c_stay;  ///< The view that a plan must better: q_c, or where the camera is going.
   bool stay_is_spoiled{false};  ///< Something the model does not know of spoils that view.
+  /// Markers may go out of sight on the way: the arm waits until they are seen again. Ways that lose
+  /// fewer are still preferred.
+  bool may_lose{false};
 };
 
 /// Outcome of a plan.
@@ -62,6 +68,7 @@ struct ViewPlan {
   PlanVerdict verdict{PlanVerdict::kNoGain};
   RigPath path;          ///< From the request's q_c to the new view; of kMove alone.
   double duration{0.0};  ///< Of the move [s].
+  bool loses{false};     ///< Markers go out of sight on the way.
   ViewScore stay, move;  ///< The view that is left, and the one chosen.
   double gain{0.0};      ///< Promised ratio of the measure to that of staying, less 1.
   int views_scored{0};   ///< Views compared, for the record.
@@ -76,7 +83,8 @@ struct ViewPlan {
 /// mean over the samples, each bounded from above by the cap and from below by a thousandth of the
 /// threshold. From the first sample on where a marker is not seen it counts as that thousandth. Where
 /// det J_c changes its sign from one sample to the next (k = n), w_c is 0 in between: that stretch
-/// counts as worse by a factor e.
+/// counts as worse by a factor e. A view that does not certify the motion's end (options.max_mm_per_px)
+/// counts as worse by as many times as it hides too much.
 [[nodiscard]] ViewScore ScoreView(const ViewModel& model, const TriggerOptions& trigger,
                                   const PlannerOptions& options,
                                   const std::vector<ArmSample>& motion,

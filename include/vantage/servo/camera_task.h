@@ -18,11 +18,13 @@ class CameraTask {
   [[nodiscard]] ActiveOutput Step(const ServoSnapshot& snapshot);
 
  private:
+  void SolveForGoal(const JointVector& q, bool anew);
+
   ServoTask task_;
   ActiveCamera camera_;
   std::vector<Eigen::Vector3d> p_EM_;  // markers on the end effector
   std::vector<Eigen::Vector3d> p_WG_;  // goal that q_goal_ was solved for
-  JointVector q_goal_;
+  JointVector q_goal_;                 // empty: out of reach
 };
 
 }  // namespace vantage

@@ -21,6 +21,10 @@ struct ReferencePathOptions {
   /// The reference runs ahead of the arm by at most this step of any joint [rad or m]; > 0. Within it the
   /// reference is the goal itself.
   double reach{0.25};
+  /// Motions that the image shows by less than this follow the model's way: an image that is off by 5 px
+  /// for its calibration against a model that is off by 0.1 rad [px/rad]; >= 0. Holds on the way and in
+  /// views that certify nothing; at the goal, in a view that does, the image decides.
+  double trust{50.0};
 };
 
 /// Where the reference is in this period.

@@ -89,10 +89,13 @@ class Servo {
   [[nodiscard]] Twist CameraTwist() const noexcept;
   void PredictState(Time now, const Twist& V_WC_C) noexcept;
   void UseImage() noexcept;
+  [[nodiscard]] bool NewView(std::size_t marker) noexcept;
+  [[nodiscard]] Eigen::Vector3d ArrivedAt(std::size_t marker) const noexcept;
   [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason PredictRows() noexcept;
   [[nodiscard]] bool PredictPathRows() noexcept;
+  [[nodiscard]] ServoLawOptions LawHere() const noexcept;
   [[nodiscard]] Eigen::Vector2d PathCorrection(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
   void ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept;
@@ -121,6 +124,7 @@ class Servo {
   std::array<Eigen::Vector2d, kMaxPoints> goal_offset_;
   int markers_lost_{0};  // needed, and not in the newest image
   std::array<std::optional<Time>, kMaxPoints> goal_last_seen_{};
+  std::array<std::optional<Eigen::Isometry3d>, kMaxPoints> goal_seen_from_{};
   int goals_lost_{0};  // markers of the goal that were not seen lately
   std::vector<GoalPointEstimator> goal_;
   ActiveOutput active_;
@@ -148,6 +152,7 @@ class Servo {
   double best_error_{0.0};
   double best_way_{0.0};  // least distance to the goal's joints so far
   bool stalled_{false};
+  bool arrived_{false};  // near its goal by the image, in a view that certifies it
 
   ServoOutput output_;
   ServoSnapshot snapshot_;

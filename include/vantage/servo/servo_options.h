@@ -34,7 +34,7 @@ struct ServoOptions {
   ConvergenceOptions convergence;
   /// Joints are kept this far inside their limits: room for encoder noise and for the lag of their
   /// drives [rad or m]; >= 0, at most a tenth of a joint's range is taken.
-  double limit_margin{0.005};
+  double limit_margin{0.01};
   bool hold_while_camera_moves{false};  ///< Stop and go: the arm rests until the camera is there.
   double stall_time{1.5};        ///< Error not falling for this long counts as stalled [s]; > 0.
   double feature_noise_px{0.3};  ///< Standard deviation of a measured pixel coordinate [px]; > 0.
