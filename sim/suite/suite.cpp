@@ -143,7 +143,7 @@ void OnRail(Random* random, Draft* draft) {
   CameraRig& rig = draft->scenario.rig;
   const CameraRig dome = rig;
   const double azimuth = FrontAzimuth(random, *draft);
-  const double distance = 0.5 * (dome.axes[0].lower + dome.axes[0].upper);
+  const double distance = dome.axes[0].lower;
   const Vector3d out(std::cos(azimuth), std::sin(azimuth), 0.0);
   rig.kind = RigKind::kRail;
   rig.rail_W = Vector3d(-out.y(), out.x(), 0.0);

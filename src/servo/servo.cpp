@@ -399,8 +399,7 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   VelocityBounds bounds = ComputeVelocityBounds(limits_, q_, qdot_, dt_);
   // What the image does not show, the model decides: damping pulls towards the way to the goal's joints,
   // not towards rest.
-  const JointVector qdot_path =
-      options_.law.gain_at_infinity * reference_.step.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
+  const JointVector qdot_path = options_.law.gain_at_infinity * reference_.step;
   e_rate += J_c * qdot_path;
   bounds.lower -= qdot_path;
   bounds.upper -= qdot_path;
