@@ -354,11 +354,13 @@ ActiveOutput ActiveCamera::Step(const ActiveInputs& inputs) {
     }
     Move(dt, inputs);
     const ActiveReason demand = Demand(inputs);
+    // Near an arm's singularity no view raises w_c, but one may still tell better where the markers are.
+    const bool certified = inputs.mm_per_px <= options_.planner.max_mm_per_px;
     if (moving_) {
       PlanOnTheWay(inputs);
     } else if (demand == ActiveReason::kNone) {
       output_.refusal = ActiveRefusal::kNone;
-    } else if (inputs.cause == LowCause::kArm &&
+    } else if (inputs.cause == LowCause::kArm && certified &&
                (demand == ActiveReason::kLowMeasure || demand == ActiveReason::kStalled)) {
       output_.reason = demand;
       output_.refusal = ActiveRefusal::kArm;

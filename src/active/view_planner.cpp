@@ -362,9 +362,9 @@ std::vector<Candidate> OpenWorkspace(const CameraRig& rig, const RigVector& from
   return open;
 }
 
-// Climbs from a view by single steps along the axes, each round with smaller ones.
+// Climbs from a view by single steps along the axes, which become smaller.
 Candidate Refine(const CameraRig& rig, const Vector3d& aim_W, Candidate best, Search* search) {
-  for (const double scale : {1.0, 0.5, 0.25}) {
+  for (const double scale : {1.0, 1.0, 0.5, 0.5, 0.25, 0.25}) {
     Candidate better = best;
     for (const RigVector& q_c : Neighbours(rig, best.q_c, aim_W, scale)) {
       Candidate neighbour = search->Open(q_c);

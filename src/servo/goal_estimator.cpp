@@ -51,16 +51,4 @@ bool GoalPointEstimator::Update(const CameraModel& camera, const Eigen::Isometry
   return true;
 }
 
-void GoalPointEstimator::Observe(const Eigen::Vector3d& p_WG, double sigma) noexcept {
-  if (!p_WG.allFinite()) return;
-  const Eigen::Matrix3d noise = sigma * sigma * Eigen::Matrix3d::Identity();
-  // Measurements in a row share most of their error: the estimate never gets much better than one.
-  const Eigen::Matrix3d prior = covariance_ + 0.01 * noise;
-  const Eigen::Matrix3d gain = prior * (prior + noise).inverse();
-  p_WG_ += gain * (p_WG - p_WG_);
-  const Eigen::Matrix3d I_K = Eigen::Matrix3d::Identity() - gain;
-  const Eigen::Matrix3d updated = I_K * prior * I_K.transpose() + gain * noise * gain.transpose();
-  covariance_ = 0.5 * (updated + updated.transpose());
-}
-
 }  // namespace vantage

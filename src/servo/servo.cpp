@@ -28,9 +28,16 @@ constexpr double kOffsetJump = 15.0;
 // errors of calibration are the same [m], [rad].
 constexpr double kNewViewDistance = 0.03;
 constexpr double kNewViewAngle = 0.03;
-// How well kinematics and calibration place a marker that stands at its goal in a view that certifies
-// it: standard deviation along each axis [m].
+// How well an arm that stands at its goal in the image knows the depth of the goal's markers: a part for
+// the calibration of arm and camera [m], and one for the way from the goal point to its marker [-].
 constexpr double kArrivalSigma = 0.01;
+constexpr double kArrivalLever = 0.1;
+// What the estimate of a goal's marker may be off by for errors of calibration, however many views: at
+// least so much [m], and this many times what the image says it is off by across the ray.
+constexpr double kEstimateFloor = 0.005;
+constexpr double kDepthFactor = 2.0;
+// Share of a change of that weighing that one image makes.
+constexpr double kArrivalBlend = 0.1;
 // Slower than this the arm counts as standing [rad/s or m/s]; averages then take this many times longer.
 constexpr double kStandingSpeed = 0.03;
 constexpr double kStandingAverage = 4.0;
@@ -117,6 +124,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   }
   markers_needed_ = static_cast<int>(std::count(needed_.begin(), needed_.end(), true));
   for (const Vector3d& p_WG : task_.goal.p_WG) goal_.emplace_back(p_WG, task_.goal.prior_sigma);
+  std::copy(task_.goal.p_WG.begin(), task_.goal.p_WG.end(), p_WMarker_.begin());
   goal_offset_.fill(Vector2d::Zero());
   limits_ = task_.view.arm.limits();
   for (JointLimits& limit : limits_) {
@@ -251,13 +259,12 @@ void Servo::UseImage() noexcept {
     std::optional<Time>& last_seen = goal_last_seen_[i];
     const double age = last_seen ? Age(features_.exposure, *last_seen) : kGoalMemory;
     if (measured != nullptr && measured->valid) {
-      const auto seen_before = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+      const auto seen_before = Project(features_.X_WC.inverse() * p_WMarker_[i]);
       if (NewView(i)) goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
-      // In the image it is there: then it is there in depth too, as well as the arm knows.
-      if (arrived_) goal_[i].Observe(ArrivedAt(i), kArrivalSigma);
+      PlaceGoalMarker(i);
       // The estimate gives the depth; where the goal is in the image, the image says best. An error of
       // the camera's pose shifts goal and arm alike, and so leaves the difference of the two.
-      const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+      const auto seen_at = Project(features_.X_WC.inverse() * p_WMarker_[i]);
       if (seen_at && seen_before) {
         const Vector2d offset = measured->pixel - Pixel(camera, seen_at->n);
         // What the estimate has moved by is no longer an offset.
@@ -285,9 +292,21 @@ bool Servo::NewView(std::size_t marker) noexcept {
   return true;
 }
 
-// Where the goal's marker would be if the arm's stood at its goal point now.
-Vector3d Servo::ArrivedAt(std::size_t marker) const noexcept {
-  return kinematics_.X_WE * task_.view.markers[marker].p - task_.goal.offset_W;
+// Where a marker of the goal stands: as estimated; and once the arm stands at its goal in the image, in
+// depth as well as the arm knows, weighed by what either is good for.
+void Servo::PlaceGoalMarker(std::size_t marker) noexcept {
+  const Vector3d& p_WG = goal_[marker].p_WG();
+  const Vector3d& offset_W = task_.goal.offset_W;
+  const Vector3d sight = p_WG - features_.X_WC.translation();
+  const Vector3d ray = sight.normalized();
+  const double across = goal_offset_[marker].norm() / task_.view.camera.fx * sight.norm();
+  const double estimate = ray.dot(goal_[marker].covariance() * ray) +
+                          std::pow(std::hypot(kEstimateFloor, kDepthFactor * across), 2);
+  const double arrival = std::pow(std::hypot(kArrivalSigma, kArrivalLever * offset_W.norm()), 2);
+  double& weight = arrival_weight_[marker];
+  weight += kArrivalBlend * ((arrived_ ? estimate / (estimate + arrival) : 0.0) - weight);
+  const Vector3d arrived = kinematics_.X_WE * task_.view.markers[marker].p - offset_W;
+  p_WMarker_[marker] = p_WG + weight * ray.dot(arrived - p_WG) * ray;
 }
 
 double Servo::GoalSigma() const noexcept {
@@ -306,7 +325,7 @@ HoldReason Servo::PredictRows() noexcept {
   bool behind = false;
   for (std::size_t i = 0; i < current_.size(); ++i) {
     const auto now = Project(X_CE * task_.view.markers[i].p);
-    const auto goal = Project(X_CW * (goal_[i].p_WG() + task_.goal.offset_W));
+    const auto goal = Project(X_CW * (p_WMarker_[i] + task_.goal.offset_W));
     if (needed_[i] && (!now || !goal)) behind = true;
     const bool usable = Carried(i) && now && goal;
     current_[i].visible = wanted_[i].visible = usable;
@@ -558,10 +577,11 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   view.cause = report.cause;
   view.markers_lost = markers_lost_;
   view.stalled = stalled_;
+  view.mm_per_px = report.mm_per_px;
   view.error_px = status.error_px;
   for (std::size_t i = 0; i < goal_.size(); ++i) {
-    snapshot_.p_marker[i] = goal_[i].p_WG();
-    snapshot_.p_WG[i] = goal_[i].p_WG() + task_.goal.offset_W;
+    snapshot_.p_marker[i] = p_WMarker_[i];
+    snapshot_.p_WG[i] = p_WMarker_[i] + task_.goal.offset_W;
   }
   return output_;
 }

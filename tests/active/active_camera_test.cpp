@@ -153,6 +153,8 @@ TEST_P(EveryCell, TwistIsThatOfThePose) {
     const ActiveOutput before = loop.Step();
     const ActiveOutput after = loop.Step();
     if (after.state != ActiveState::kMoving || before.state != ActiveState::kMoving) continue;
+    // It came to rest within the step: the rate was not even.
+    if (after.V_WC_C.isZero(0.0)) continue;
     // The rates are even within a step: their mean is that of the step, to the bend of the path.
     const Twist mean = Displacement(before.X_WC, after.X_WC) / kPeriod;
     EXPECT_TRUE(test::Near(0.5 * (before.V_WC_C + after.V_WC_C), mean, 2e-3));
@@ -240,6 +242,8 @@ TEST(ActiveCamera, FruitlessPlansBecomeRare) {
   for (int axis : {0, 1, 3}) cell.rig.axes[axis].max_speed = 0.0;
   cell.rig.axes[2].lower = 0.4;
   cell.rig.axes[2].upper = 0.6;
+  // The marker is well above the least size that can be found: a nearer view gains nothing by that.
+  for (Marker& marker : cell.model.markers) marker.radius *= 2.0;
   Loop loop(cell, GrazingTask());
   for (int i = 0; i < 60 * 60; ++i) loop.Step();
   EXPECT_EQ(loop.output_.moves, 0);
@@ -323,7 +327,7 @@ TEST(ActiveCamera, GuardStopsBeforeLosingMarker) {
   // A goal marker appears in the scene, seen from here but not from where the camera is going: it
   // faces sideways.
   const Isometry3d X_WC = loop.output_.X_WC;
-  PlacedMarker marker{{0.3, 0.3, 0.1}, Vector3d::UnitX(), 0.01};
+  PlacedMarker marker{{0.3, 0.3, 0.1}, Vector3d::UnitX(), 0.03};
   marker.normal_W = (X_WC.translation() - marker.p_W).cross(Vector3d::UnitZ()).normalized();
   const Vector3d ray = (X_WC.translation() - marker.p_W).normalized();
   const Vector3d ahead = (X_WC.linear() * loop.output_.V_WC_C.head<3>()).normalized();

@@ -28,12 +28,6 @@ class GoalPointEstimator {
   bool Update(const CameraModel& camera, const Eigen::Isometry3d& X_WC,
               const Eigen::Vector2d& pixel, double sigma_px, double gate = 5.0) noexcept;
 
-  /// One measurement of the position itself.
-  ///
-  /// @param sigma  Its standard deviation along each axis [m]; > 0.
-  /// Real-time safe.
-  void Observe(const Eigen::Vector3d& p_WG, double sigma) noexcept;
-
   [[nodiscard]] const Eigen::Vector3d& p_WG() const noexcept { return p_WG_; }  ///< [m].
   [[nodiscard]] const Eigen::Matrix3d& covariance() const noexcept {
     return covariance_;

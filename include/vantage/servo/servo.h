@@ -90,7 +90,7 @@ class Servo {
   void PredictState(Time now, const Twist& V_WC_C) noexcept;
   void UseImage() noexcept;
   [[nodiscard]] bool NewView(std::size_t marker) noexcept;
-  [[nodiscard]] Eigen::Vector3d ArrivedAt(std::size_t marker) const noexcept;
+  void PlaceGoalMarker(std::size_t marker) noexcept;
   [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason PredictRows() noexcept;
@@ -127,6 +127,8 @@ class Servo {
   std::array<std::optional<Eigen::Isometry3d>, kMaxPoints> goal_seen_from_{};
   int goals_lost_{0};  // markers of the goal that were not seen lately
   std::vector<GoalPointEstimator> goal_;
+  std::array<Eigen::Vector3d, kMaxPoints> p_WMarker_{};  // of the goal, as believed
+  std::array<double, kMaxPoints> arrival_weight_{};      // of what the arm says of their depth
   ActiveOutput active_;
 
   Time last_step_{};
