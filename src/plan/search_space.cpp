@@ -6,21 +6,6 @@
 namespace vantage::plan {
 namespace {
 
-bool IsAngle(const CameraRig& rig, int axis) {
-  switch (rig.kind) {
-    case RigKind::kSpherical:
-      return axis > 0;
-    case RigKind::kRail:
-      return axis > 0;
-    case RigKind::kFree:
-      return axis > 2;
-    case RigKind::kArm:
-      return !rig.joints[axis].prismatic;
-    default:
-      return true;
-  }
-}
-
 bool HasRoom(const RigAxis& axis) {
   return axis.upper > axis.lower;
 }
@@ -37,7 +22,7 @@ SearchSpace::SearchSpace(const CameraRig& rig, const RigVector& q_c_start)
     }
     axes_.push_back(i);
     range_.push_back(axis.upper - axis.lower);
-    round_.push_back(IsAngle(rig, i) && range_.back() >= 2.0 * M_PI - 1e-9);
+    round_.push_back(AxisTurns(rig, i) && range_.back() >= 2.0 * M_PI - 1e-9);
   }
   // Whether a camera can step back does not depend on how fast its axes are.
   for (RigAxis& axis : rig_.axes)
