@@ -53,6 +53,20 @@ Scale ScaleOf(const CameraRig& rig, int axis) {
   return {length ? 1.0 : kDegrees, rig.axes[axis].name + (length ? " [m]" : " [deg]")};
 }
 
+std::vector<Marker> SceneMarkers(const PlacementSetup& setup) {
+  std::vector<Marker> markers;
+  for (const PlacedMarker& placed : setup.problem.scene_markers) {
+    Marker marker;
+    marker.id = 1000 + static_cast<int>(markers.size());
+    marker.p = placed.p_W;
+    marker.normal = placed.normal_W;
+    marker.radius = placed.radius;
+    marker.dark = false;
+    markers.push_back(marker);
+  }
+  return markers;
+}
+
 void WriteMapTable(const PlacementSetup& setup, const PlacementMap& map, const std::string& path) {
   std::ofstream table(path);
   const CameraRig& rig = setup.problem.rig;
@@ -134,9 +148,9 @@ std::vector<std::string> PlotPlacementMap(const PlacementSetup& setup, const Pla
          << "set label 1 'best' at " << mark(result.best)
          << " front offset 1.2,0.8 textcolor rgb '#d01020' font ',13'\n"
          << "set object 3 circle at " << mark(result.start)
-         << " size graph 0.010 front fillstyle empty border rgb 'white' linewidth 2\n"
+         << " size graph 0.010 front fillstyle solid border rgb 'black' linewidth 2\n"
          << "set label 2 'start' at " << mark(result.start)
-         << " front offset 1.2,-0.8 textcolor rgb 'white' font ',12'\n"
+         << " front offset 1.2,-0.8 textcolor rgb 'black' font ',12'\n"
          << "unset key\n";
   for (const bool png : {true, false}) {
     script << "set terminal "
@@ -163,7 +177,7 @@ std::vector<std::string> DrawViews(const PlacementSetup& setup, const PlacementR
   }
   const ArmMotion& motion = setup.problem.motion;
   const ArmSample& sample = motion.samples[motion.size() / 2];
-  sim::Scene scene = sim::MakeArmScene(setup.view.arm, setup.view.markers, {});
+  sim::Scene scene = sim::MakeArmScene(setup.view.arm, setup.view.markers, SceneMarkers(setup));
   for (const BatchBox& box : setup.problem.limits.boxes) {
     sim::Body body;
     sim::Append(&body.mesh, sim::BoxMesh(2.0 * box.half), box.X_WB);

@@ -27,9 +27,9 @@ std::string CameraStartText(const CameraRig& rig, const RigVector& q_c) {
   return text + "}\n";
 }
 
-RigVector LoadCameraStart(const std::string& path, const CameraRig& rig) {
-  const Section start =
-      ParseConfig(ReadConfigFile(path)).Child("camera_start", "Rig coordinates by name.");
+RigVector ReadCameraStart(const Section& root, const CameraRig& rig) {
+  const Section start = root.Child(
+      "camera_start", "Where the camera starts, by axis, instead of the axes' own starts.");
   RigVector q_c(rig.size());
   for (int i = 0; i < rig.size(); ++i) {
     const RigAxis& axis = rig.axes[i];
@@ -42,6 +42,10 @@ RigVector LoadCameraStart(const std::string& path, const CameraRig& rig) {
     q_c(i) = start.Number(KeyOf(rig, i), range, kRequired, help) / unit;
   }
   return ClampToLimits(rig, q_c);
+}
+
+RigVector LoadCameraStart(const std::string& path, const CameraRig& rig) {
+  return ReadCameraStart(ParseConfig(ReadConfigFile(path)), rig);
 }
 
 }  // namespace vantage

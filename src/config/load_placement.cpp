@@ -21,6 +21,7 @@ struct Cell {
   bool pixels{true};
   BatchLens lens;
   std::optional<std::pair<JointVector, JointVector>> motion;  // start and goal of a scenario
+  std::vector<PlacedMarker> scene_markers;
 };
 
 std::vector<BatchRow> RowsOf(const Section& root, const ViewModel& view) {
@@ -41,7 +42,8 @@ std::vector<BatchRow> RowsOf(const Section& root, const ViewModel& view) {
 
 Cell CellOfScenario(const Section& root, const Scenario& scenario) {
   const ViewModel& view = scenario.task.view;
-  Cell cell{view, {scenario.rig, scenario.q_c_start}, scenario.active.planner.limits, true, {}, {}};
+  Cell cell{view, {scenario.rig, scenario.q_c_start}, scenario.active.planner.limits, true, {}, {},
+            {}};
   std::vector<Eigen::Vector3d> p_EP, p_WP;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     p_EP.push_back(view.markers[i].p);
@@ -51,6 +53,10 @@ Cell CellOfScenario(const Section& root, const Scenario& scenario) {
   if (!(goal.rms_error < 1e-3)) {
     root.Fail("scenario",
               "has a goal that the arm misses by " + std::to_string(1e3 * goal.rms_error) + " mm");
+  }
+  const ServoGoal& shown = scenario.task.goal;
+  for (std::size_t i = 0; i < shown.marker_ids.size(); ++i) {
+    cell.scene_markers.push_back({shown.p_WG[i], shown.normals[i], shown.marker_radius});
   }
   cell.motion = std::make_pair(scenario.sim.q_start, goal.q);
   return cell;
@@ -63,7 +69,7 @@ Cell OwnCell(const Section& root, SchemaRecorder* recorder) {
   const int count = static_cast<int>(markers.size());
   const FeatureSet features(LoadFeatures(root, "features", count), count);
   const Section section = root.OptionalChild("camera", "Intrinsics of the camera.");
-  Cell cell{{arm, CameraModel(), features, markers}, {}, {}, true, {}, {}};
+  Cell cell{{arm, CameraModel(), features, markers}, {}, {}, true, {}, {}, {}};
   cell.pixels = section.Choice<bool>(
       "units", {{"pixels", true}, {"metric", false}}, true,
       "Units of the features: pixels, or those of `focal` as in the paper (focal 1: normalised).");
@@ -123,6 +129,12 @@ PlanLimits LoadLimits(const Section& section, Cell* cell) {
     if (!(focus(1) > focus(0))) section.Fail("focus", "must end farther than it begins");
     limits.focus = DepthLimits{focus(0), focus(1)};
   }
+  double ring = 0.0;
+  for (const Marker& marker : cell->view.markers) ring = std::max(ring, 2.0 * marker.radius);
+  for (const PlacedMarker& marker : cell->scene_markers) ring = std::max(ring, 2.0 * marker.radius);
+  limits.rim = section.Number(
+      "rim", {0.0, 100.0, "m"}, cell->pixels ? ring : 0.0,
+      "Radius about each marker that has to be in the image too; default: its ring's, in pixels.");
   limits.max_incidence =
       section.Degrees("max_incidence_deg", {1.0, 180.0, "deg"}, view.max_incidence * kDegrees,
                       "Greatest angle between a marker's normal and the ray to it; 180: any.");
@@ -236,6 +248,7 @@ PlacementSetup Assemble(const Section& root, const Cell& given, const std::strin
   setup.problem.lens = cell.lens;
   setup.problem.rig = cell.rig.rig;
   setup.problem.q_c_start = cell.rig.q_c_start;
+  setup.problem.scene_markers = cell.scene_markers;
   setup.problem.rows = RowsOf(root, cell.view);
   setup.problem.objective =
       LoadObjective(root.OptionalChild("objective", "What a camera is worth."));

@@ -40,6 +40,9 @@ void Check(const PlacementProblem& problem) {
   if (sum && objective.measure != BatchMeasure::kW && objective.measure != BatchMeasure::kLogW) {
     Refuse("objective.measure", "eq. 23 has w or log w");
   }
+  if (problem.motion.samples.front().markers.size() + problem.scene_markers.size() > kMaxPoints) {
+    Refuse("markers", "of arm and scene must be " + std::to_string(kMaxPoints) + " at most");
+  }
   const PlanLimits& limits = problem.limits;
   if (!(limits.depth.min > 0.0) || !(limits.depth.max > limits.depth.min)) {
     Refuse("limits.max_depth", "must be above min_depth, and that above 0 m");
@@ -48,6 +51,7 @@ void Check(const PlacementProblem& problem) {
     Refuse("limits.focus", "must end farther than it begins");
   }
   if (!(limits.max_incidence > 0.0)) Refuse("limits.max_incidence", "must be > 0 rad");
+  if (!(limits.rim >= 0.0)) Refuse("limits.rim", "must be >= 0 m");
   if (!(limits.clearance >= 0.0)) Refuse("limits.clearance", "must be >= 0 m");
   const PoseUncertainty& uncertainty = problem.uncertainty;
   if (!(uncertainty.position >= 0.0) || !(uncertainty.rotation >= 0.0)) {
@@ -173,9 +177,30 @@ bool NeedsObstacles(const PlacementProblem& problem) {
   return links || !limits.boxes.empty() || limits.max_incidence < M_PI;
 }
 
-void AppendSights(const PlanLimits& limits, const ArmSample& sample,
+// Points alone: nothing is measured of them.
+std::unique_ptr<BatchScene> PointsOf(const PlacementProblem& problem, int first, int count,
+                                     double unit) {
+  if (problem.scene_markers.empty()) return nullptr;
+  std::vector<BatchSample> samples;
+  for (int i = first; i < first + count; ++i) {
+    BatchSample sample;
+    for (const PlacedMarker& marker : problem.motion.samples[i].markers) {
+      sample.p_W.push_back(marker.p_W);
+    }
+    for (const PlacedMarker& marker : problem.scene_markers) sample.p_W.push_back(marker.p_W);
+    sample.J_p_W.assign(sample.p_W.size(), PointJacobian::Zero(3, 1));
+    samples.push_back(std::move(sample));
+  }
+  return std::make_unique<BatchScene>(std::move(samples), BatchBody::kFree,
+                                      std::vector<BatchRow>{{0, 0}}, unit);
+}
+
+void AppendSights(const PlacementProblem& problem, const ArmSample& sample,
                   std::vector<BatchSight>* sights) {
-  for (const PlacedMarker& marker : sample.markers) {
+  const PlanLimits& limits = problem.limits;
+  std::vector<PlacedMarker> markers = sample.markers;
+  markers.insert(markers.end(), problem.scene_markers.begin(), problem.scene_markers.end());
+  for (const PlacedMarker& marker : markers) {
     BatchSight sight;
     sight.p_W = SightOf(marker);
     sight.normal_W = marker.normal_W;
@@ -194,7 +219,7 @@ std::unique_ptr<BatchObstacles> ObstaclesOf(const PlacementProblem& problem, int
   if (!NeedsObstacles(problem)) return nullptr;
   std::vector<BatchSight> sights;
   for (int i = first; i < first + count; ++i) {
-    AppendSights(problem.limits, problem.motion.samples[i], &sights);
+    AppendSights(problem, problem.motion.samples[i], &sights);
   }
   return std::make_unique<BatchObstacles>(std::move(sights), problem.limits.boxes,
                                           problem.limits.max_incidence, unit);
@@ -237,14 +262,34 @@ PlacementModel::PlacementModel(PlacementProblem problem)
       unit_(UnitOf(problem_, Centre(problem_.motion))),
       centre_W_(Centre(problem_.motion)),
       scene_(SamplesOf(problem_), BatchBody::kRigid, problem_.rows, unit_),
+      points_(PointsOf(problem_, 0, problem_.motion.size(), unit_)),
       obstacles_(ObstaclesOf(problem_, 0, problem_.motion.size(), unit_)),
       lazy_(std::make_unique<Lazy>()) {
+  // A ball is inside a half space when its centre is by its radius; the margin of a point counts along the
+  // optical axis.
+  const BatchLens& lens = problem_.lens;
+  const double x_half = 0.5 * (lens.x_max - lens.x_min), y_half = 0.5 * (lens.y_max - lens.y_min);
+  rim_margin_ =
+      problem_.limits.rim *
+      std::max({std::hypot(1.0, lens.x_min) / x_half, std::hypot(1.0, lens.x_max) / x_half,
+                std::hypot(1.0, lens.y_min) / y_half, std::hypot(1.0, lens.y_max) / y_half});
   constant_ = ArmShare(problem_.objective, problem_.motion);
   if (problem_.objective.quantity == PlanQuantity::kWeightedSum) factor_ = problem_.objective.k_v;
 }
 
 PlacementModel::~PlacementModel() = default;
 PlacementModel::PlacementModel(PlacementModel&&) noexcept = default;
+
+const PlacedMarker& PlacementModel::marker(int sample, int j) const noexcept {
+  const std::vector<PlacedMarker>& own = problem_.motion.samples[sample].markers;
+  const auto count = static_cast<int>(own.size());
+  return j < count ? own[j] : problem_.scene_markers[j - count];
+}
+
+int PlacementModel::markers() const noexcept {
+  return static_cast<int>(problem_.motion.samples.front().markers.size() +
+                          problem_.scene_markers.size());
+}
 
 double PlacementModel::Value(double score) const noexcept {
   // 0 times the logarithm of nothing is nothing.
@@ -289,7 +334,7 @@ const std::vector<PlacementModel::SampleView>& PlacementModel::sample_views() co
     for (int i = 0; i < problem_.motion.size(); ++i) {
       std::vector<BatchSample> one{SampleOf(problem_.objective, problem_.motion.samples[i], 1.0)};
       lazy_->views.push_back({BatchScene(std::move(one), BatchBody::kRigid, problem_.rows, unit_),
-                              ObstaclesOf(problem_, i, 1, unit_)});
+                              PointsOf(problem_, i, 1, unit_), ObstaclesOf(problem_, i, 1, unit_)});
     }
   });
   return lazy_->views;
@@ -315,7 +360,7 @@ void CameraScorer::Load(const std::vector<Isometry3d>& X_WC) {
 
 void CameraScorer::Frustum(BatchPrecision precision, std::vector<PlanMargins>* margins) {
   const int poses = static_cast<int>(model_.offsets().size());
-  evaluator_.CheckFrustum(model_.scene(), cameras_, 0, count_ * poses, model_.problem().lens,
+  evaluator_.CheckFrustum(model_.points(), cameras_, 0, count_ * poses, model_.problem().lens,
                           model_.depth(), precision, &batch_margins_);
   PlanMargins open;
   open.fill(kInfinity);
@@ -329,6 +374,7 @@ void CameraScorer::Frustum(BatchPrecision precision, std::vector<PlanMargins>* m
       m[1] = std::min(m[1], batch_margins_.far[j]);
       m[2] = std::min(m[2], batch_margins_.image[j]);
     }
+    m[2] -= model_.rim_margin();
     for (const BatchBox& box : limits.keep_out) {
       m[5] = std::min(m[5], DistanceToBox(box, p_WC_[i]) - limits.clearance);
     }

@@ -32,13 +32,17 @@ struct HalfSpace {
   double b;
 };
 
-std::array<HalfSpace, 6> FrustumOf(const BatchLens& lens, const DepthLimits& depth) {
+std::array<HalfSpace, 6> FrustumOf(const PlacementModel& model) {
+  const BatchLens& lens = model.problem().lens;
+  const DepthLimits& depth = model.depth();
+  const double x = -0.5 * (lens.x_max - lens.x_min) * model.rim_margin();
+  const double y = -0.5 * (lens.y_max - lens.y_min) * model.rim_margin();
   return {{{PlanLimit::kNear, {0, 0, 1}, -depth.min},
            {PlanLimit::kFar, {0, 0, -1}, depth.max},
-           {PlanLimit::kImage, {1, 0, -lens.x_min}, 0},
-           {PlanLimit::kImage, {-1, 0, lens.x_max}, 0},
-           {PlanLimit::kImage, {0, 1, -lens.y_min}, 0},
-           {PlanLimit::kImage, {0, -1, lens.y_max}, 0}}};
+           {PlanLimit::kImage, {1, 0, -lens.x_min}, x},
+           {PlanLimit::kImage, {-1, 0, lens.x_max}, x},
+           {PlanLimit::kImage, {0, 1, -lens.y_min}, y},
+           {PlanLimit::kImage, {0, -1, lens.y_max}, y}}};
 }
 
 // One inequality of the program: value >= 0.
@@ -63,7 +67,7 @@ class Program {
       : model_(model),
         space_(space),
         scorer_(scorer),
-        frustum_(FrustumOf(model.problem().lens, model.depth())),
+        frustum_(FrustumOf(model)),
         worst_sample_(model.problem().objective.aggregate == PlanAggregate::kWorst &&
                       model.offsets().size() == 1) {}
 
@@ -164,14 +168,12 @@ class Program {
     for (std::size_t o = 0; o < model_.offsets().size(); ++o) {
       const Isometry3d X_CW = (X_WC * model_.offsets()[o]).inverse();
       for (int i = 0; i < motion.size(); ++i) {
-        const std::vector<PlacedMarker>& markers = motion.samples[i].markers;
-        for (std::size_t j = 0; j < markers.size(); ++j) {
-          const Vector3d p = X_CW * markers[j].p_W;
+        for (int j = 0; j < model_.markers(); ++j) {
+          const Vector3d p = X_CW * model_.marker(i, j).p_W;
           for (int k = 0; k < 6; ++k) {
             const double margin = frustum_[k].a.dot(p) + frustum_[k].b;
             if (!(margin < near)) continue;
-            found[k].push_back({Element::Kind::kHalfSpace, k, i, static_cast<int>(j),
-                                static_cast<int>(o), margin});
+            found[k].push_back({Element::Kind::kHalfSpace, k, i, j, static_cast<int>(o), margin});
           }
         }
       }
@@ -341,8 +343,7 @@ class Program {
     switch (element.kind) {
       case Element::Kind::kHalfSpace: {
         const Isometry3d& offset = model_.offsets()[element.offset];
-        const PlacedMarker& marker =
-            model_.problem().motion.samples[element.sample].markers[element.point];
+        const PlacedMarker& marker = model_.marker(element.sample, element.point);
         const Vector3d p = (X_WC_ * offset).inverse() * marker.p_W;
         const HalfSpace& half = frustum_[element.index];
         // The point moves by -(v + ω × p) in the frame of the displaced camera.

@@ -52,6 +52,8 @@ struct PlanObjective {
 struct PlanLimits {
   DepthLimits depth;                 ///< [m].
   std::optional<DepthLimits> focus;  ///< Depths at which the lens is sharp [m].
+  /// Radius of the ball about each marker's centre that has to be in the field of view [m]; >= 0.
+  double rim{0.0};
   double max_incidence{M_PI};      ///< Between a marker's normal and the ray to it [rad]; pi: any.
   bool occlusion{true};            ///< Whether the arm's capsules hide markers.
   std::vector<BatchBox> boxes;     ///< Things that hide markers; at most 16.
@@ -75,6 +77,9 @@ struct PlacementProblem {
   RigVector q_c_start;  ///< Where the camera stands now, within the limits.
   BatchLens lens;
   ArmMotion motion;
+  /// In the world; to be seen throughout the motion as the arm's own are (goals, for instance). At most
+  /// kMaxPoints together with the arm's.
+  std::vector<PlacedMarker> scene_markers;
   std::vector<BatchRow> rows;  ///< Feature rows; empty: both coordinates of every marker.
   PlanObjective objective;
   PlanLimits limits;
@@ -105,9 +110,16 @@ class PlacementModel {
 
   [[nodiscard]] const PlacementProblem& problem() const noexcept { return problem_; }
   [[nodiscard]] const BatchScene& scene() const noexcept { return scene_; }
+  /// Every point that must be seen: the scene's own and those of the scene's markers.
+  [[nodiscard]] const BatchScene& points() const noexcept { return points_ ? *points_ : scene_; }
+  /// Point `j` of that at a sample: the arm's markers come first.
+  [[nodiscard]] const PlacedMarker& marker(int sample, int j) const noexcept;
+  [[nodiscard]] int markers() const noexcept;
   /// Null where nothing can hide a marker and every side of it will do.
   [[nodiscard]] const BatchObstacles* obstacles() const noexcept { return obstacles_.get(); }
   [[nodiscard]] const DepthLimits& depth() const noexcept { return depth_; }
+  /// By how much the rim makes the field of view smaller, as a margin of PlanLimit::kImage [m].
+  [[nodiscard]] double rim_margin() const noexcept { return rim_margin_; }
   /// Displacements of the camera, in its own frame, that each view must answer for; the first is none.
   [[nodiscard]] const std::vector<Eigen::Isometry3d>& offsets() const noexcept { return offsets_; }
   /// About the distance of the cameras to the points [m].
@@ -129,6 +141,7 @@ class PlacementModel {
   /// One sample of the motion by itself: its scene weighs 1.
   struct SampleView {
     BatchScene scene;
+    std::unique_ptr<BatchScene> points;  ///< Null: those of the scene.
     std::unique_ptr<BatchObstacles> obstacles;
   };
   /// Made when first asked for.
@@ -140,8 +153,9 @@ class PlacementModel {
   std::vector<Eigen::Isometry3d> offsets_;
   double unit_{1.0};
   Eigen::Vector3d centre_W_{Eigen::Vector3d::Zero()};
-  double factor_{1.0}, constant_{0.0};
+  double factor_{1.0}, constant_{0.0}, rim_margin_{0.0};
   BatchScene scene_;
+  std::unique_ptr<BatchScene> points_;
   std::unique_ptr<BatchObstacles> obstacles_;
   struct Lazy;
   std::unique_ptr<Lazy> lazy_;
