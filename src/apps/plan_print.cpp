@@ -204,11 +204,13 @@ std::string GridCheckText(const GridCheck& check) {
     return Format("grid check: none of %lld cameras keeps all limits\n",
                   static_cast<long long>(check.cameras));
   }
+  // Both are polished to some 1e-9.
+  constexpr double kSame = 1e-6;
+  const char* verdict = check.gap > kSame ? "the result is WORSE" : "the result is no worse";
   return Format(
-      "grid check: the best of %lld cameras is worth %.10g, polished %.10g; the result is %s by a "
-      "share of %.2g\n",
-      static_cast<long long>(check.cameras), check.best_on_grid, check.best.value,
-      check.gap > 0.0 ? "WORSE" : "as good or better", std::abs(check.gap));
+      "grid check: the best of %lld cameras is worth %.8g, polished %.8g; %s (gap %.1e)\n",
+      static_cast<long long>(check.cameras), check.best_on_grid, check.best.value, verdict,
+      check.gap);
 }
 
 }  // namespace vantage
