@@ -62,8 +62,8 @@ Cell CellOfScenario(const Section& root, const Scenario& scenario) {
   return cell;
 }
 
-Cell OwnCell(const Section& root, SchemaRecorder* recorder) {
-  const ArmModel arm = LoadRobotUnder(root, "robot", recorder);
+Cell OwnCell(const Section& root) {
+  const ArmModel arm = LoadRobotUnder(root, "robot");
   const std::vector<Marker> markers =
       LoadMarkers(root, "markers", 1, kMaxPoints, "Dots on the end effector, in its frame.");
   const int count = static_cast<int>(markers.size());
@@ -301,7 +301,7 @@ PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,
                                                                       scenario, root.folder()),
                                                        scenario)),
                      name)
-          : Assemble(root, OwnCell(root, recorder), name);
+          : Assemble(root, OwnCell(root), name);
   root.RejectUnknownKeys();
   setup.description = description;
   setup.scenario = scenario;
