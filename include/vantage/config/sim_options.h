@@ -28,9 +28,9 @@ struct CameraEffects {
   double noise_grey{1.0};  ///< Standard deviation of a pixel [grey levels of 255].
   /// True: markers are projected by the model, with noise, instead of drawn and detected.
   bool kinematic{false};
-  double noise_px{0.3};  ///< Standard deviation of a projected marker's coordinate [px].
-  int latency_frames{1};   ///< Features arrive this many images after the exposure; >= 0.
-  double drop_rate{0.0};   ///< Share of images that are lost; in [0, 1).
+  double noise_px{0.3};   ///< Standard deviation of a projected marker's coordinate [px].
+  int latency_frames{1};  ///< Features arrive this many images after the exposure; >= 0.
+  double drop_rate{0.0};  ///< Share of images that are lost; in [0, 1).
   double position_error{
       0.0};  ///< Standard deviation of each axis of the pose's constant error [m].
   double rotation_error{0.0};  ///< The same of its rotation vector [rad].

@@ -17,7 +17,7 @@ struct ServoLawOptions {
   double gain_at_zero{3.0};      ///< λ near the goal [1/s]; > 0.
   double gain_at_infinity{1.2};  ///< λ far from it [1/s]; > 0, <= gain_at_zero.
   double gain_slope{0.02};       ///< Slope at zero error [1/(s px)]; >= 0.
-  double damping{10.0};           ///< Largest μ of the damped inverse [px/rad]; >= 0.
+  double damping{10.0};          ///< Largest μ of the damped inverse [px/rad]; >= 0.
   double damping_onset{40.0};    ///< σ_min below which damping sets in [px/rad]; >= 0.
   double max_error_rate{800.0};  ///< Bound on the image speed asked for, max over rows [px/s]; > 0.
   /// The textbook's law, for comparison: the constant gain_at_zero, the pseudo-inverse without damping,
