@@ -60,6 +60,8 @@ struct Outbox {
   JointCommand command;
   ServoStatus status;
   ObservabilityReport observability;
+  FeatureJacobian J_v{0, 6};
+  ArmJacobian J_r{6, 0};
 };
 
 class ServoProgram {
@@ -120,6 +122,8 @@ class ServoProgram {
           const ServoOutput& output = servo_.Step(now);
           outbox_value_.command = output.command;
           outbox_value_.observability = output.observability;
+          outbox_value_.J_v = output.J_v;
+          outbox_value_.J_r = output.J_r;
           outbox_value_.status = output.status;
           outbox_value_.status.loop_time_us = 1e6 * ToSeconds(cycle.report.last_cycle);
           outbox_value_.status.loop_time_max_us = 1e6 * ToSeconds(cycle.report.worst_cycle);
@@ -158,6 +162,7 @@ class ServoProgram {
     const LinkStats stats = link_.stats();
     outbox->status.refused_messages += stats.total_refused();
     outbox->status.dropped_messages += stats.dropped;
+    CompleteReport(outbox->J_v, outbox->J_r, &outbox->observability);
     link_.Publish(kServoStatusChannel, outbox->status);
     link_.Publish(kObservabilityChannel, outbox->observability);
   }

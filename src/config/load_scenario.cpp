@@ -36,6 +36,12 @@ ServoOptions LoadServo(const Section& section) {
   const ServoOptions defaults;
   ServoOptions servo;
   servo.period = section.Number("period", {0.0005, 0.1, "s"}, defaults.period, "Control period.");
+  servo.interaction = section.Choice<InteractionSource>(
+      "interaction",
+      {{"visp", InteractionSource::kVisp}, {"closed_form", InteractionSource::kClosedForm}},
+      defaults.interaction,
+      "Interaction matrices from ViSP's feature classes, or the same in closed form: nothing is "
+      "allocated in the control period then.");
   servo.law = LoadLaw(section);
   const Section staleness = section.OptionalChild(
       "staleness", "Greatest ages of inputs; older ones make the servo hold.");

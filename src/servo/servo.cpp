@@ -30,10 +30,6 @@ Isometry3d PoseBetween(const Isometry3d& a, const Isometry3d& b, double fraction
   return Advance(a, fraction * Displacement(a, b));
 }
 
-Vector2d Pixel(const CameraModel& camera, const Vector2d& n) {
-  return CalibrationJacobian(camera) * n + Vector2d(camera.u0, camera.v0);
-}
-
 Vector2d Normalised(const CameraModel& camera, const Vector2d& pixel) {
   const double y = (pixel.y() - camera.v0) / camera.fy;
   return {(pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y};
@@ -43,7 +39,13 @@ double Age(Time now, Time stamp) {
   return ToSeconds(now - stamp);
 }
 
+// Matrices of `b` without rows stay so: only its values were asked for.
 void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
+  if (a->size() == b->size() &&
+      std::equal(a->feature.begin(), a->feature.begin() + a->size(), b->feature.begin())) {
+    return;
+  }
+  const bool values_only = b->L.rows() == 0;
   int kept = 0;
   int j = 0;
   for (int i = 0; i < a->size(); ++i) {
@@ -52,17 +54,29 @@ void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
     for (FeatureRows* rows : {a, b}) {
       const int from = rows == a ? i : j;
       rows->s(kept) = rows->s(from);
+      rows->feature[kept] = rows->feature[from];
+      if (rows == b && values_only) continue;
       rows->L.row(kept) = rows->L.row(from);
       rows->L_body.row(kept) = rows->L_body.row(from);
-      rows->feature[kept] = rows->feature[from];
     }
     ++kept;
   }
   for (FeatureRows* rows : {a, b}) {
     rows->s.conservativeResize(kept);
+    if (rows == b && values_only) continue;
     rows->L.conservativeResize(kept, 6);
     rows->L_body.conservativeResize(kept, 6);
   }
+}
+
+// w_v. Where features and joints cover the task, w_c = w_v w_r (docs/paper.md), which saves a decomposition;
+// not near a singularity, where the quotient loses its digits.
+double ObservabilityOf(const FeatureJacobian& J_v, const Measure& composite, const Volume& arm) {
+  constexpr double kWellConditioned = 1e-4;
+  const bool covered = J_v.rows() >= kTaskDimension && composite.size() == kTaskDimension &&
+                       arm.rank == kTaskDimension;
+  if (covered && composite.inverse_condition() > kWellConditioned) return composite.w / arm.w;
+  return VolumeOf(J_v).w;
 }
 
 void CheckSizes(const ServoTask& task, const ServoOptions& options) {
@@ -101,7 +115,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   markers_needed_ = static_cast<int>(std::count(needed_.begin(), needed_.end(), true));
   for (const Vector3d& p_WG : task_.goal.p_WG) goal_.emplace_back(p_WG, task_.goal.prior_sigma);
   goal_offset_.fill(Vector2d::Zero());
-  point_jacobians_.resize(count);
+  p_EM_W_.resize(count);
   current_.resize(count);
   wanted_.resize(count);
   const int n = task_.view.arm.size();
@@ -136,6 +150,7 @@ bool Servo::Accept(const CameraPose& pose, Time now) noexcept {
     ++output_.status.refused_messages;
     return false;
   }
+  V_WC_C_ = CameraTwist();
   return true;
 }
 
@@ -176,14 +191,15 @@ Twist Servo::CameraTwist() const noexcept {
   // A pose is measured only when it changes or at the rig's own rate: the window may hold one value.
   const Time end = poses_.newest_stamp();
   const auto X_before = poses_.At(end - kTwistWindow, PoseBetween);
+  if (X_before->matrix() == poses_.newest().matrix()) return Twist::Zero();
   return Displacement(*X_before, poses_.newest()) / ToSeconds(kTwistWindow);
 }
 
-void Servo::PredictState(Time now, const Twist& V_WC_C) noexcept {
+void Servo::PredictState(Time now) noexcept {
   const double joint_age = std::clamp(Age(now, joints_.newest_stamp()), 0.0, kMaxExtrapolation);
   const double pose_age = std::clamp(Age(now, poses_.newest_stamp()), 0.0, kMaxExtrapolation);
   q_ = joints_.newest() + joint_age * qdot_;
-  X_WC_ = Advance(poses_.newest(), pose_age * V_WC_C);
+  X_WC_ = camera_moves_ ? Advance(poses_.newest(), pose_age * V_WC_C_) : poses_.newest();
   kinematics_ = ComputeKinematics(task_.view.arm, q_);
 }
 
@@ -199,7 +215,7 @@ void Servo::UseImage() noexcept {
     const MarkerMeasurement* measured = features_.Find(marker.id);
     const auto expected = Project(X_CE * marker.p);
     if (measured != nullptr && measured->valid && expected) {
-      offset_[i] = measured->pixel - Pixel(camera, expected->n);
+      offset_[i] = Normalised(camera, measured->pixel) - expected->n;
       last_seen_[i] = features_.exposure;
     } else if (needed_[i]) {
       ++markers_lost_;
@@ -212,7 +228,7 @@ void Servo::UseImage() noexcept {
     // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
     // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
     const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
-    if (seen_at) goal_offset_[i] = measured->pixel - Pixel(camera, seen_at->n);
+    if (seen_at) goal_offset_[i] = Normalised(camera, measured->pixel) - seen_at->n;
   }
   image_is_new_ = false;
 }
@@ -238,13 +254,18 @@ HoldReason Servo::PredictRows() noexcept {
     const bool usable = Carried(i) && now && goal;
     current_[i].visible = wanted_[i].visible = usable;
     if (!usable) continue;
-    current_[i].image = {Normalised(camera, Pixel(camera, now->n) + offset_[i]), now->depth};
-    wanted_[i].image = {Normalised(camera, Pixel(camera, goal->n) + goal_offset_[i]), goal->depth};
+    current_[i].image = {now->n + offset_[i], now->depth};
+    wanted_[i].image = {goal->n + goal_offset_[i], goal->depth};
     // The goal's points stand in the world; the end effector's are on the body.
     wanted_[i].on_body = false;
   }
-  task_.view.features.Evaluate(camera, current_, &current_rows_);
-  task_.view.features.Evaluate(camera, wanted_, &goal_rows_);
+  task_.view.features.Evaluate(camera, current_, &current_rows_, options_.interaction);
+  // Of the goals' matrices only the flow under the camera's motion is made.
+  if (camera_moves_) {
+    task_.view.features.Evaluate(camera, wanted_, &goal_rows_, options_.interaction);
+  } else {
+    task_.view.features.EvaluateValues(camera, wanted_, &goal_rows_);
+  }
   KeepCommonRows(&current_rows_, &goal_rows_);
   if (current_rows_.size() < RowsNeeded()) {
     return behind ? HoldReason::kPointBehindCamera : HoldReason::kTooFewFeatures;
@@ -252,10 +273,10 @@ HoldReason Servo::PredictRows() noexcept {
   return HoldReason::kNone;
 }
 
-HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
-  const FeatureJacobian J_v =
-      ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
-  const TaskJacobian J_c = J_v * kinematics_.J_WE_W;
+HoldReason Servo::Control(Time now) noexcept {
+  output_.J_v = ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
+  output_.J_r = kinematics_.J_WE_W;
+  const TaskJacobian J_c = output_.J_v.lazyProduct(output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
   const SingularSystem system = Decompose(J_c);
   if (system.measure.status != MeasureStatus::kOk || !output_.error.allFinite()) {
@@ -263,10 +284,11 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   }
   output_.status.error_px =
       std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
-  ReportMeasures(J_v, system);
+  ReportMeasures(system);
 
   // Flow of the error under the camera's own motion: that of the features less that of their goals.
-  const FeatureVector e_rate = (current_rows_.L - goal_rows_.L) * V_WC_C;
+  FeatureVector e_rate = FeatureVector::Zero(current_rows_.size());
+  if (camera_moves_) e_rate = (current_rows_.L - goal_rows_.L).lazyProduct(V_WC_C_);
   const auto& limits = task_.view.arm.limits();
   const ServoLawResult law = ServoLaw(options_.law, output_.error, J_c, system, e_rate,
                                       ComputeVelocityBounds(limits, q_, qdot_, dt_));
@@ -275,29 +297,26 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   return HoldReason::kNone;
 }
 
-void Servo::ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept {
+void Servo::ReportMeasures(const SingularSystem& system) noexcept {
   const ViewModel& view = task_.view;
-  const ArmJacobian& J_r = kinematics_.J_WE_W;
-  const Measure observability = MeasureOf(J_v);
-  const Measure manipulability = MeasureOf(J_r);
+  const ArmJacobian& J_r = output_.J_r;
+  const Volume manipulability = VolumeOf(J_r);
   ObservabilityReport& report = output_.observability;
-  report.k = static_cast<int>(J_v.rows());
+  report.k = static_cast<int>(output_.J_v.rows());
   report.n = static_cast<int>(J_r.cols());
   report.composite = system.measure;
   report.axes = system.axes;
-  report.w_v = observability.w;
+  report.w_v = ObservabilityOf(output_.J_v, system.measure, manipulability);
   report.w_r = manipulability.w;
   report.w_c = system.measure.w;
-  report.sigma_min_v = observability.sigma_min;
-  report.sigma_min_r = manipulability.sigma_min;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
-    point_jacobians_[i] = PointJacobianOf(J_r, kinematics_.X_WE.linear() * view.markers[i].p);
+    p_EM_W_[i] = kinematics_.X_WE.linear() * view.markers[i].p;
   }
-  report.mm_per_px = WorstMillimetresPerPixel(system, point_jacobians_);
+  report.mm_per_px = WorstMillimetresPerPixel(system, J_r, p_EM_W_);
   report.trigger_measure = trigger_.measure;
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
-  report.cause = DiagnoseLowMeasure(system, manipulability, J_r, RowsNeeded(),
+  report.cause = DiagnoseLowMeasure(system, manipulability.rank, J_r, RowsNeeded(),
                                     report.trigger_value < trigger_.threshold);
 }
 
@@ -359,11 +378,11 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   HoldReason reason = enabled_ ? CheckInputs(now) : HoldReason::kOperator;
   if (reason == HoldReason::kNone) {
     if (image_is_new_) UseImage();
-    const Twist V_WC_C = CameraTwist();
-    PredictState(now, V_WC_C);
+    camera_moves_ = !V_WC_C_.isZero(0.0);
+    PredictState(now);
     snapshot_.valid = true;
     reason = PredictRows();
-    if (reason == HoldReason::kNone) reason = Control(now, V_WC_C);
+    if (reason == HoldReason::kNone) reason = Control(now);
   }
   if (reason == HoldReason::kNone) {
     JudgeProgress(now);

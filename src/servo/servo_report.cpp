@@ -2,6 +2,12 @@
 
 namespace vantage {
 
+void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
+                    ObservabilityReport* report) noexcept {
+  report->sigma_min_v = MeasureOf(J_v).sigma_min;
+  report->sigma_min_r = MeasureOf(J_r).sigma_min;
+}
+
 const char* Name(ServoState state) noexcept {
   switch (state) {
     case ServoState::kIdle:

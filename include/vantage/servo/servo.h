@@ -47,6 +47,9 @@ struct ServoOutput {
   ServoStatus status;    ///< Loop times and message counters are the caller's to fill in.
   ObservabilityReport observability;
   FeatureVector error;  ///< Image error e, row by row [px, rad, px²].
+  /// Jacobians that the observability was measured on; without rows or columns before the first time.
+  FeatureJacobian J_v{0, 6};
+  ArmJacobian J_r{6, 0};
 };
 
 /// What the active camera needs of one period: everything in it is measured or estimated.
@@ -86,13 +89,13 @@ class Servo {
 
   [[nodiscard]] HoldReason CheckInputs(Time now) const noexcept;
   [[nodiscard]] Twist CameraTwist() const noexcept;
-  void PredictState(Time now, const Twist& V_WC_C) noexcept;
+  void PredictState(Time now) noexcept;
   void UseImage() noexcept;
   [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
   [[nodiscard]] HoldReason PredictRows() noexcept;
-  [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
-  void ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept;
+  [[nodiscard]] HoldReason Control(Time now) noexcept;
+  void ReportMeasures(const SingularSystem& system) noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
   void JudgeProgress(Time now) noexcept;
   void Command(Time now, const JointVector& qdot) noexcept;
@@ -106,13 +109,15 @@ class Servo {
 
   History<JointVector, kHistory> joints_;
   History<Eigen::Isometry3d, kHistory> poses_;
+  Twist V_WC_C_{Twist::Zero()};  // of the camera, read off its newest poses
   ImageFeatures features_;
   bool has_features_{false};
   bool image_is_new_{false};
-  // Per marker of the view: measured pixel less the model's at the exposure it was last seen in.
+  // Per marker of the view: what was measured less the model's at the exposure it was last seen in, in
+  // normalised coordinates.
   std::array<Eigen::Vector2d, kMaxPoints> offset_{};
   std::array<std::optional<Time>, kMaxPoints> last_seen_{};
-  // Per marker of the goal: measured pixel less that of its estimate.
+  // Per marker of the goal: what was measured less its estimate, in normalised coordinates.
   std::array<Eigen::Vector2d, kMaxPoints> goal_offset_;
   int markers_lost_{0};  // needed, and not in the newest image
   std::vector<GoalPointEstimator> goal_;
@@ -121,6 +126,7 @@ class Servo {
   Time last_step_{};
 
   // Of the period under way.
+  bool camera_moves_{false};
   double dt_{0.0};    // since the last one, at most the nominal period [s]
   JointVector q_;     // now
   JointVector qdot_;  // last commanded
@@ -128,7 +134,7 @@ class Servo {
   Kinematics kinematics_;
   PointViews current_, wanted_;
   FeatureRows current_rows_, goal_rows_;
-  std::vector<PointJacobian> point_jacobians_;
+  std::vector<Eigen::Vector3d> p_EM_W_;  // from E's origin to each marker, in world axes
 
   // Convergence and stall.
   std::optional<Time> below_since_;  // error below the tolerance

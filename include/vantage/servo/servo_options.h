@@ -1,6 +1,7 @@
 #pragma once
 
 #include "vantage/control/servo_law.h"
+#include "vantage/features/feature_set.h"
 
 namespace vantage {
 
@@ -25,6 +26,7 @@ struct ConvergenceOptions {
 /// Options of one servo.
 struct ServoOptions {
   double period{0.002};  ///< Control period [s]; in [0.0005, 0.1].
+  InteractionSource interaction{InteractionSource::kVisp};
   ServoLawOptions law;
   StalenessLimits staleness;
   ConvergenceOptions convergence;

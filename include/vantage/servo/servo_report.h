@@ -56,6 +56,8 @@ struct ObservabilityReport {
   int k{0}, m{6}, n{0};  ///< Feature rows, task dimension, joints.
   double w_v{0.0}, w_r{0.0}, w_c{0.0};
   Measure composite;  ///< Singular values of J_c and what follows from them.
+  /// Smallest singular values of J_v and J_r: people alone read them, so the control period leaves them
+  /// to CompleteReport().
   double sigma_min_v{0.0}, sigma_min_r{0.0};
   /// Axes of the observability ellipsoid of J_c: column i is σ_i u_i in feature space [px/rad], k rows.
   TaskJacobian axes;
@@ -69,6 +71,10 @@ struct ObservabilityReport {
   ActiveReason active_reason{ActiveReason::kNone};
   std::int64_t camera_moves{0};
 };
+
+/// Fills in what the control period has left out. For whoever publishes the report.
+void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
+                    ObservabilityReport* report) noexcept;
 
 /// Content of the SERVO_STATUS channel.
 struct ServoStatus {
