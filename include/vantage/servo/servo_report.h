@@ -86,6 +86,10 @@ struct ServoStatus {
   int markers_seen{0}, markers_needed{0};
   double loop_time_us{0.0};      ///< Execution time of the last period [us].
   double loop_time_max_us{0.0};  ///< Largest since the start [us].
+  /// Half, 99 % and 99.9 % of the periods since the start took no longer [us].
+  double loop_time_p50_us{0.0}, loop_time_p99_us{0.0}, loop_time_p999_us{0.0};
+  /// 99.9 % of the periods began no later than this after their deadline, and the latest [us].
+  double lateness_p999_us{0.0}, lateness_max_us{0.0};
   std::int64_t deadline_misses{0};
   std::int64_t refused_messages{0};  ///< Messages from outside that failed a check.
   std::int64_t dropped_messages{0};  ///< Messages overwritten by newer ones before they were used.
