@@ -140,7 +140,7 @@ Refusal CheckStatus(const vantage_msgs::servo_status_t& wire) noexcept {
                wire.loop_time_p99_us, wire.loop_time_p999_us, wire.lateness_p999_us,
                wire.lateness_max_us})
       .UpTo(static_cast<int>(ServoState::kFault), wire.state)
-      .UpTo(static_cast<int>(HoldReason::kOperator), wire.reason)
+      .UpTo(static_cast<int>(HoldReason::kArmNotFollowing), wire.reason)
       .NotNegative({wire.seq, wire.markers_seen, wire.markers_needed, wire.deadline_misses,
                     wire.refused_messages, wire.dropped_messages, wire.stops});
   return checks.Stamp(wire.utime).result();

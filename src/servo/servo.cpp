@@ -13,12 +13,24 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// A goal that moves at its greatest speed is off by what it does in this time from one image to the next, if
+// its turns are taken for noise [s].
+constexpr double kDriftTime = 0.02;
 // A stamp this far ahead of our clock cannot be true.
 constexpr Duration kFutureTolerance = std::chrono::milliseconds(5);
 // State is carried forward by the model for at most this long [s].
 constexpr double kMaxExtrapolation = 0.05;
 // Time over which the camera's twist is read off its measured poses.
 constexpr Duration kTwistWindow = std::chrono::milliseconds(50);
+// Ahead of now, the goal of a moving target is looked at to know its features' rate [s].
+constexpr double kSoon = 0.01;
+// An arm that is further from where it was told to be than it goes in this time at its greatest speed does
+// not follow [s].
+constexpr double kMaxLead = 0.5;
+// A joint is at a limit within this share of its range.
+constexpr double kAtLimit = 1e-3;
+// An arm that is asked for less than this share of its speed stands.
+constexpr double kStands = 0.01;
 // A smaller error by this factor is progress.
 constexpr double kProgress = 0.95;
 
@@ -117,6 +129,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   goal_offset_.fill(Vector2d::Zero());
   p_EM_W_.resize(count);
   current_.resize(count);
+  wanted_soon_.resize(count);
   wanted_.resize(count);
   const int n = task_.view.arm.size();
   qdot_ = JointVector::Zero(n);
@@ -215,7 +228,8 @@ void Servo::UseImage() noexcept {
     const MarkerMeasurement* measured = features_.Find(marker.id);
     const auto expected = Project(X_CE * marker.p);
     if (measured != nullptr && measured->valid && expected) {
-      offset_[i] = Normalised(camera, measured->pixel) - expected->n;
+      seen_at_[i] = Normalised(camera, measured->pixel);
+      offset_[i] = seen_at_[i] - expected->n;
       last_seen_[i] = features_.exposure;
     } else if (needed_[i]) {
       ++markers_lost_;
@@ -223,14 +237,31 @@ void Servo::UseImage() noexcept {
   }
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(task_.goal.marker_ids[i]);
-    if (measured == nullptr || !measured->valid) continue;
-    goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
-    // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
-    // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
-    const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
-    if (seen_at) goal_offset_[i] = Normalised(camera, measured->pixel) - seen_at->n;
+    if (measured != nullptr && measured->valid) UseGoalImage(i, measured->pixel);
   }
+  X_WC_image_ = features_.X_WC;
   image_is_new_ = false;
+}
+
+void Servo::UseGoalImage(std::size_t i, const Vector2d& measured) noexcept {
+  const CameraModel& camera = task_.view.camera;
+  Vector2d place = Normalised(camera, measured);
+  ImageTrack& track = goal_tracks_[i];
+  if (task_.goal.max_speed > 0.0) {
+    // What the camera's motion alone would have done to it since.
+    const auto before = Project(X_WC_image_.inverse() * goal_[i].p_WG());
+    const auto after = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+    const bool known = before && after && track.last();
+    track.Update(features_.exposure, place,
+                 known ? Vector2d(after->n - before->n) : Vector2d(0.0, 0.0));
+    place = track.place();
+    goal_[i].Drift(task_.goal.max_speed * kDriftTime);
+  }
+  goal_[i].Update(camera, features_.X_WC, measured, GoalSigma());
+  // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
+  // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
+  const auto seen_at = Project(features_.X_WC.inverse() * goal_[i].p_WG());
+  if (seen_at) goal_offset_[i] = place - seen_at->n;
 }
 
 double Servo::GoalSigma() const noexcept {
@@ -242,20 +273,24 @@ bool Servo::Carried(std::size_t marker) const noexcept {
          Age(features_.exposure, *last_seen_[marker]) <= options_.staleness.marker;
 }
 
-HoldReason Servo::PredictRows() noexcept {
+HoldReason Servo::PredictRows(Time now) noexcept {
   const CameraModel& camera = task_.view.camera;
   const Isometry3d X_CW = X_WC_.inverse();
   const Isometry3d X_CE = X_CW * kinematics_.X_WE;
   bool behind = false;
+  // Without compensation the image's own time is taken for the present.
+  const double image_age = options_.latency_compensation ? Age(now, features_.exposure) : 0.0;
   for (std::size_t i = 0; i < current_.size(); ++i) {
-    const auto now = Project(X_CE * task_.view.markers[i].p);
+    const auto here = Project(X_CE * task_.view.markers[i].p);
     const auto goal = Project(X_CW * (goal_[i].p_WG() + task_.goal.offset_W));
-    if (needed_[i] && (!now || !goal)) behind = true;
-    const bool usable = Carried(i) && now && goal;
+    if (needed_[i] && (!here || !goal)) behind = true;
+    const bool usable = Carried(i) && here && goal;
     current_[i].visible = wanted_[i].visible = usable;
     if (!usable) continue;
-    current_[i].image = {now->n + offset_[i], now->depth};
-    wanted_[i].image = {goal->n + goal_offset_[i], goal->depth};
+    const Vector2d seen = options_.latency_compensation ? here->n + offset_[i] : seen_at_[i];
+    current_[i].image = {seen, here->depth};
+    wanted_[i].image = {goal->n + goal_offset_[i] + image_age * goal_tracks_[i].rate(),
+                        goal->depth};
     // The goal's points stand in the world; the end effector's are on the body.
     wanted_[i].on_body = false;
   }
@@ -286,15 +321,48 @@ HoldReason Servo::Control(Time now) noexcept {
       std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
   ReportMeasures(system);
 
-  // Flow of the error under the camera's own motion: that of the features less that of their goals.
-  FeatureVector e_rate = FeatureVector::Zero(current_rows_.size());
-  if (camera_moves_) e_rate = (current_rows_.L - goal_rows_.L).lazyProduct(V_WC_C_);
   const auto& limits = task_.view.arm.limits();
-  const ServoLawResult law = ServoLaw(options_.law, output_.error, J_c, system, e_rate,
-                                      ComputeVelocityBounds(limits, q_, qdot_, dt_));
+  ServoDemand demand{output_.error, ErrorRate(), StartEffort(now), SelfMotion()};
+  // What the arm was told and has not done yet, it still will.
+  const JointVector& q_told = output_.command.q;
+  const ServoLawResult law =
+      ServoLaw(options_.law, demand, J_c, system,
+               ComputeVelocityBounds(limits, q_.cwiseMin(q_told), q_.cwiseMax(q_told), qdot_, dt_));
   if (!law.finite) return HoldReason::kNotFinite;
   Command(now, law.qdot);
   return HoldReason::kNone;
+}
+
+// Rate of the error that the joints do not cause: the flow under the camera's motion, of the features less
+// of their goals, and the goals' own motion.
+FeatureVector Servo::ErrorRate() noexcept {
+  FeatureVector rate = FeatureVector::Zero(current_rows_.size());
+  if (camera_moves_) rate = (current_rows_.L - goal_rows_.L).lazyProduct(V_WC_C_);
+  if (!(task_.goal.max_speed > 0.0)) return rate;
+  wanted_soon_ = wanted_;
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    wanted_soon_[i].image.n += kSoon * goal_tracks_[i].rate();
+  }
+  task_.view.features.EvaluateValues(task_.view.camera, wanted_soon_, &soon_rows_);
+  if (soon_rows_.size() != goal_rows_.size()) return rate;
+  return rate - FeatureError(task_.view.features, soon_rows_, goal_rows_) / kSoon;
+}
+
+// Where the features leave the joints freedom: away from the limits, and up the gradient of log w_c.
+JointVector Servo::SelfMotion() const noexcept {
+  const int n = task_.view.arm.size();
+  if (RowsNeeded() >= n) return JointVector();
+  const ServoLawOptions& law = options_.law;
+  const auto& limits = task_.view.arm.limits();
+  return LimitAvoidance(limits, q_, law.self_motion) +
+         CompositeAscent(law, limits, active_.log_w_gradient);
+}
+
+double Servo::StartEffort(Time now) noexcept {
+  if (!moving_since_) moving_since_ = now;
+  const double start_time = options_.law.start_time;
+  if (!(start_time > 0.0)) return 1.0;
+  return -std::expm1(-(Age(now, *moving_since_) + dt_) / start_time);
 }
 
 void Servo::ReportMeasures(const SingularSystem& system) noexcept {
@@ -351,6 +419,10 @@ void Servo::JudgeProgress(Time now) noexcept {
     output_.status.state = ServoState::kConverged;
   } else {
     output_.status.state = moving ? ServoState::kRepositioning : ServoState::kServoing;
+    if (stands && error > goal.tolerance_px && !moving) {
+      output_.status.reason = WhyStanding();
+      if (output_.status.reason != HoldReason::kNone) output_.status.state = ServoState::kHolding;
+    }
   }
 }
 
@@ -364,6 +436,33 @@ void Servo::Command(Time now, const JointVector& qdot) noexcept {
                           : JointVector(output_.command.q + dt_ * qdot);
 }
 
+bool Servo::ArmFollows() noexcept {
+  const JointVector& q = joints_.newest();
+  // At rest it may be moved by hand, or be another one after a restart.
+  if (qdot_.isZero(0.0)) output_.command.q = q;
+  for (int i = 0; i < q.size(); ++i) {
+    const double lead = std::abs(output_.command.q(i) - q(i));
+    if (lead > kMaxLead * task_.view.arm.limits()[static_cast<std::size_t>(i)].velocity)
+      return false;
+  }
+  return true;
+}
+
+// Why an arm that no longer gets nearer stands, if it does.
+HoldReason Servo::WhyStanding() const noexcept {
+  const auto& limits = task_.view.arm.limits();
+  bool at_limit = false;
+  for (int i = 0; i < qdot_.size(); ++i) {
+    const JointLimits& limit = limits[static_cast<std::size_t>(i)];
+    if (std::abs(qdot_(i)) > kStands * limit.velocity) return HoldReason::kNone;
+    const double room = std::min(q_(i) - limit.lower, limit.upper - q_(i));
+    at_limit = at_limit || room < kAtLimit * (limit.upper - limit.lower);
+  }
+  if (at_limit) return HoldReason::kJointLimit;
+  return output_.observability.cause == LowCause::kArm ? HoldReason::kArmSingular
+                                                       : HoldReason::kNone;
+}
+
 const ServoOutput& Servo::Step(Time now) noexcept {
   ServoStatus& status = output_.status;
   const ServoState before = status.state;
@@ -375,26 +474,34 @@ const ServoOutput& Servo::Step(Time now) noexcept {
                              : std::clamp(Age(now, last_step_), 0.0, options_.period);
   last_step_ = now;
 
+  if (!enabled_) fault_ = false;
   HoldReason reason = enabled_ ? CheckInputs(now) : HoldReason::kOperator;
+  if (reason == HoldReason::kNone && (fault_ || !ArmFollows())) {
+    fault_ = true;
+    reason = HoldReason::kArmNotFollowing;
+  }
   if (reason == HoldReason::kNone) {
     if (image_is_new_) UseImage();
     camera_moves_ = !V_WC_C_.isZero(0.0);
     PredictState(now);
     snapshot_.valid = true;
-    reason = PredictRows();
+    reason = PredictRows(now);
     if (reason == HoldReason::kNone) reason = Control(now);
   }
   if (reason == HoldReason::kNone) {
     JudgeProgress(now);
   } else {
     Command(now, RampToRest(task_.view.arm.limits(), qdot_, dt_));
+    moving_since_.reset();
     below_since_.reset();
     best_since_.reset();
     stalled_ = false;
     status.reason = reason;
     const bool waiting = before == ServoState::kIdle || before == ServoState::kAcquiring;
-    status.state =
-        !enabled_ ? ServoState::kIdle : (waiting ? ServoState::kAcquiring : ServoState::kHolding);
+    status.state = !enabled_ ? ServoState::kIdle
+                   : fault_  ? ServoState::kFault
+                   : waiting ? ServoState::kAcquiring
+                             : ServoState::kHolding;
     const bool moved = before == ServoState::kServoing || before == ServoState::kRepositioning ||
                        before == ServoState::kConverged;
     if (moved) ++status.stops;

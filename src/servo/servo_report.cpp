@@ -56,6 +56,8 @@ const char* Name(HoldReason reason) noexcept {
       return "JOINT_LIMIT";
     case HoldReason::kOperator:
       return "OPERATOR";
+    case HoldReason::kArmNotFollowing:
+      return "ARM_NOT_FOLLOWING";
   }
   return "UNKNOWN";
 }

@@ -85,10 +85,9 @@ JointVector OurVelocity(const Configuration& c, InteractionSource source, double
   options.damping = 0.0;
   options.max_error_rate = 1e9;
   const int n = c.arm.size();
-  const ServoLawResult law =
-      ServoLaw(options, FeatureError(c.set, rows, goal_rows), J_c, Decompose(J_c),
-               FeatureVector::Zero(rows.size()),
-               {JointVector::Constant(n, -1e9), JointVector::Constant(n, 1e9)});
+  const ServoLawResult law = ServoLaw(
+      options, {FeatureError(c.set, rows, goal_rows), FeatureVector::Zero(rows.size())}, J_c,
+      Decompose(J_c), {JointVector::Constant(n, -1e9), JointVector::Constant(n, 1e9)});
   EXPECT_TRUE(law.finite);
   return law.qdot;
 }

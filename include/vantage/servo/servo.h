@@ -12,6 +12,7 @@
 #include "vantage/robot/joint_state.h"
 #include "vantage/servo/goal_estimator.h"
 #include "vantage/servo/history.h"
+#include "vantage/servo/image_track.h"
 #include "vantage/servo/servo_options.h"
 #include "vantage/servo/servo_report.h"
 
@@ -30,8 +31,11 @@ struct ServoGoal {
   std::vector<int> marker_ids;
   /// Goal points stand this far from the goal's markers, so that the arm does not hide them [m]; known.
   Eigen::Vector3d offset_W{Eigen::Vector3d::Zero()};
-  double prior_sigma{0.05};              ///< Standard deviation of a prior [m]; > 0.
-  double marker_radius{0.01};            ///< Of the goal's markers [m].
+  double prior_sigma{0.05};    ///< Standard deviation of a prior [m]; > 0.
+  double marker_radius{0.01};  ///< Of the goal's markers [m].
+  /// Greatest speed of the goal's markers [m/s]; 0: they stand. Markers that move are followed by their
+  /// image velocity.
+  double max_speed{0.0};
   std::vector<Eigen::Vector3d> normals;  ///< Of the goal's markers in the world; as long as p_WG.
 };
 
@@ -93,17 +97,24 @@ class Servo {
   void UseImage() noexcept;
   [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
-  [[nodiscard]] HoldReason PredictRows() noexcept;
+  void UseGoalImage(std::size_t marker, const Eigen::Vector2d& measured) noexcept;
+  [[nodiscard]] HoldReason PredictRows(Time now) noexcept;
+  [[nodiscard]] FeatureVector ErrorRate() noexcept;
+  [[nodiscard]] JointVector SelfMotion() const noexcept;
+  [[nodiscard]] double StartEffort(Time now) noexcept;
   [[nodiscard]] HoldReason Control(Time now) noexcept;
   void ReportMeasures(const SingularSystem& system) noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
   void JudgeProgress(Time now) noexcept;
+  [[nodiscard]] bool ArmFollows() noexcept;
+  [[nodiscard]] HoldReason WhyStanding() const noexcept;
   void Command(Time now, const JointVector& qdot) noexcept;
 
   ServoTask task_;
   ServoOptions options_;
   TriggerOptions trigger_;
   bool enabled_{true};
+  bool fault_{false};         // latched until the operator stops it
   std::vector<bool> needed_;  // markers that some feature uses
   int markers_needed_{0};
 
@@ -116,9 +127,12 @@ class Servo {
   // Per marker of the view: what was measured less the model's at the exposure it was last seen in, in
   // normalised coordinates.
   std::array<Eigen::Vector2d, kMaxPoints> offset_{};
+  std::array<Eigen::Vector2d, kMaxPoints> seen_at_{};  // measured, normalised
   std::array<std::optional<Time>, kMaxPoints> last_seen_{};
   // Per marker of the goal: what was measured less its estimate, in normalised coordinates.
   std::array<Eigen::Vector2d, kMaxPoints> goal_offset_;
+  std::array<ImageTrack, kMaxPoints> goal_tracks_;               // of goals that move
+  Eigen::Isometry3d X_WC_image_{Eigen::Isometry3d::Identity()};  // of the image before
   int markers_lost_{0};  // needed, and not in the newest image
   std::vector<GoalPointEstimator> goal_;
   ActiveOutput active_;
@@ -130,10 +144,12 @@ class Servo {
   double dt_{0.0};    // since the last one, at most the nominal period [s]
   JointVector q_;     // now
   JointVector qdot_;  // last commanded
+  std::optional<Time> moving_since_;
   Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};
   Kinematics kinematics_;
   PointViews current_, wanted_;
-  FeatureRows current_rows_, goal_rows_;
+  PointViews wanted_soon_;  // goals that move, kSoon later
+  FeatureRows current_rows_, goal_rows_, soon_rows_;
   std::vector<Eigen::Vector3d> p_EM_W_;  // from E's origin to each marker, in world axes
 
   // Convergence and stall.

@@ -28,6 +28,9 @@ struct ServoOptions {
   double period{0.002};  ///< Control period [s]; in [0.0005, 0.1].
   InteractionSource interaction{InteractionSource::kVisp};
   ServoLawOptions law;
+  /// Whether the model carries the image from its exposure to now. False, for comparison: the newest image
+  /// is taken for the present, as it is where no one minds the delay.
+  bool latency_compensation{true};
   StalenessLimits staleness;
   ConvergenceOptions convergence;
   double stall_time{1.5};        ///< Error not falling for this long counts as stalled [s]; > 0.

@@ -22,7 +22,7 @@ enum class ServoState : int {
   kRepositioning = 3,  ///< As kServoing, while the camera moves to a better view.
   kHolding = 4,        ///< At rest or coming to rest for the named reason; resumes by itself.
   kConverged = 5,      ///< Error below the tolerance for the settling time.
-  kFault = 6,          ///< At rest; does not resume without the operator.
+  kFault = 6,          ///< At rest; does not resume until the operator has stopped and started it.
 };
 
 /// Why a servo holds, or why it stopped.
@@ -40,6 +40,7 @@ enum class HoldReason : int {
   kArmSingular = 10,       ///< w_r ~ 0 and no way on.
   kJointLimit = 11,        ///< A joint is at its limit and the task wants to go beyond.
   kOperator = 12,          ///< Told to stop.
+  kArmNotFollowing = 13,   ///< The arm is far from where it was told to be: a fault.
 };
 
 /// Names as printed and logged: "SERVOING", "STALE_JOINT_STATE", ...
