@@ -261,8 +261,10 @@ TEST(VelocityBounds, HoldForALaggingArmThatIsAskedForAnything) {
     ASSERT_LE(next.lpNorm<Eigen::Infinity>(), 1.5 + 1e-12);
     qdot = next;
     told += dt * qdot;
-    moving += (1.0 - std::exp(-dt / kLag)) * (qdot - moving);
-    q += dt * moving;
+    // The lag's exact solution over the period.
+    const double caught_up = 1.0 - std::exp(-dt / kLag);
+    q += dt * qdot + kLag * caught_up * (moving - qdot);
+    moving += caught_up * (qdot - moving);
     ASSERT_LE(q.lpNorm<Eigen::Infinity>(), 2.0 + 1e-9);
     reached = std::max(reached, q.lpNorm<Eigen::Infinity>());
     fastest = std::max(fastest, moving.lpNorm<Eigen::Infinity>());
