@@ -57,7 +57,9 @@ TEST(LatencyCompensation, KeepsTheLoopStable) {
         images, with.time, without.time, with.overshoot, without.overshoot);
     EXPECT_LT(with.time, 1.1 * without_delay.time) << images;
     EXPECT_LT(with.overshoot, 1.5) << images;
-    if (images > 1) EXPECT_GT(without.time, 1.2 * with.time) << images;
+    if (images > 1) {
+      EXPECT_GT(without.time, 1.2 * with.time) << images;
+    }
   }
 }
 
