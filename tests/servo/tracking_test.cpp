@@ -42,7 +42,8 @@ Settling Settle(const CellOptions& options) {
   return settling;
 }
 
-// One to three images of delay cost nothing with the model's help; without it the loop rings.
+// One to three images of delay cost next to nothing with the model's help; without it the loop rings, and with
+// three images of delay it never settles.
 TEST(LatencyCompensation, KeepsTheLoopStable) {
   const Settling without_delay = Settle(Brisk(0, true));
   for (const int images : {1, 2, 3}) {
@@ -56,9 +57,10 @@ TEST(LatencyCompensation, KeepsTheLoopStable) {
         "px\n",
         images, with.time, without.time, with.overshoot, without.overshoot);
     EXPECT_LT(with.time, 1.1 * without_delay.time) << images;
-    EXPECT_LT(with.overshoot, 1.5) << images;
-    if (images > 1) {
-      EXPECT_GT(without.time, 1.2 * with.time) << images;
+    EXPECT_LT(with.overshoot, without_delay.overshoot + 0.5) << images;
+    EXPECT_GT(without.time, 1.5 * with.time) << images;
+    if (images == 3) {
+      EXPECT_GT(without.time, 5.9);
     }
   }
 }
