@@ -58,7 +58,18 @@ void ArmPlant::Accept(const JointCommand& command, Time now) {
   commanded_ = true;
 }
 
+void ArmPlant::Follow(const JointState& state) {
+  if (state.q.size() != arm_.size() || state.qdot.size() != arm_.size()) return;
+  follows_ = true;
+  q_ = state.q;
+  qdot_ = state.qdot;
+}
+
 void ArmPlant::Step(Time now, double dt) {
+  if (follows_) {
+    q_ += dt * qdot_;
+    return;
+  }
   if (commanded_ && ToSeconds(now - last_command_) > effects_.watchdog) {
     target_ = RampToRest(arm_.limits(), target_, dt);
   }

@@ -31,6 +31,10 @@ class ArmPlant {
   /// A command received at `now`. Checked by the monitor; a command that is not finite is not obeyed.
   void Accept(const JointCommand& command, Time now);
 
+  /// The arm is another program's: it stands where that one says, and commands are only looked at.
+  /// A state of another size is not taken.
+  void Follow(const JointState& state);
+
   /// Moves the arm for dt [s] up to the time `now`.
   void Step(Time now, double dt);
 
@@ -50,6 +54,7 @@ class ArmPlant {
   Time last_stamp_{};
   Time last_command_{};
   bool commanded_{false};
+  bool follows_{false};
   LimitViolations violations_;
 };
 

@@ -34,6 +34,8 @@ class World {
   /// Commands received at `now`.
   void Accept(const JointCommand& command, Time now) { arm_.Accept(command, now); }
   void Accept(const CameraPose& command) { rig_.Accept(command); }
+  /// Where an arm outside this simulation stands.
+  void Follow(const JointState& state) { arm_.Follow(state); }
 
   /// Lets time pass up to `now`, in steps of the scenario's sim.step; images are taken on the way.
   void Advance(Time now);

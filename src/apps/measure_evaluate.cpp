@@ -91,7 +91,7 @@ Measurement Evaluate(const MeasureSetup& setup, const JointVector& q, const RigV
   const int needed = std::min({rows, setup.arm.size(), kTaskDimension});
   const Measure& composite = m.composite.measure;
   m.low = composite.rank < needed || composite.geometric_mean() < setup.threshold;
-  m.cause = DiagnoseLowMeasure(m.composite, m.arm.measure, m.J_r, needed, m.low);
+  m.cause = DiagnoseLowMeasure(m.composite, m.arm.measure.rank, m.J_r, needed, m.low);
   m.mm_per_px = HiddenMotion(setup, m);
   if (setup.translation_task > 0) {
     m.translation = ComputePaperProduct(m.J_v, m.J_r, setup.translation_task);

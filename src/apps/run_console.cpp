@@ -117,7 +117,8 @@ void RunConsole::End(const RunSummary& summary, const std::string& folder) {
          true);
   }
   Line("loop: " + std::to_string(summary.status.seq) + " periods, " +
-           std::to_string(summary.status.deadline_misses) + " late, longest " +
+           std::to_string(summary.status.deadline_misses) + " late, p99.9 " +
+           Short(summary.status.loop_time_p999_us) + " us, longest " +
            Short(summary.status.loop_time_max_us) + " us; " + std::to_string(summary.status.stops) +
            " stops, " + std::to_string(summary.limit_violations) + " limit violations",
        true);

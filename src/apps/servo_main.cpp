@@ -72,6 +72,8 @@ struct Outbox {
   JointCommand command;
   ServoStatus status;
   ObservabilityReport observability;
+  FeatureJacobian J_v{0, 6};
+  ArmJacobian J_r{6, 0};
 };
 
 class ServoProgram {
@@ -153,10 +155,10 @@ class ServoProgram {
           recorder_.Note(period_);
           outbox_value_.command = output.command;
           outbox_value_.observability = output.observability;
+          outbox_value_.J_v = output.J_v;
+          outbox_value_.J_r = output.J_r;
           outbox_value_.status = output.status;
-          outbox_value_.status.loop_time_us = 1e6 * ToSeconds(cycle.report.last_cycle);
-          outbox_value_.status.loop_time_max_us = 1e6 * ToSeconds(cycle.report.worst_cycle);
-          outbox_value_.status.deadline_misses = cycle.report.deadline_misses;
+          ReportPeriods(cycle.report, &outbox_value_.status);
           outbox_value_.status.dropped_messages =
               joints_.dropped() + pose_.dropped() + features_.dropped();
           outbox_.Publish(outbox_value_);
@@ -167,6 +169,26 @@ class ServoProgram {
         });
     done_ = true;
     wake_.Raise();
+  }
+
+  void ReportPeriods(const LoopReport& loop, ServoStatus* status) {
+    const auto us = [](Duration d) { return 1e6 * ToSeconds(d); };
+    // Each percentile is a walk over a histogram: not more often than it is published.
+    if (loop.cycles >= next_percentiles_) {
+      next_percentiles_ = loop.cycles + kReportPeriod / FromSeconds(scenario_.servo.period);
+      percentiles_.loop_time_p50_us = us(loop.execution.Percentile(0.5));
+      percentiles_.loop_time_p99_us = us(loop.execution.Percentile(0.99));
+      percentiles_.loop_time_p999_us = us(loop.execution.Percentile(0.999));
+      percentiles_.lateness_p999_us = us(loop.lateness.Percentile(0.999));
+    }
+    status->loop_time_us = us(loop.last_cycle);
+    status->loop_time_max_us = us(loop.worst_cycle);
+    status->loop_time_p50_us = percentiles_.loop_time_p50_us;
+    status->loop_time_p99_us = percentiles_.loop_time_p99_us;
+    status->loop_time_p999_us = percentiles_.loop_time_p999_us;
+    status->lateness_p999_us = percentiles_.lateness_p999_us;
+    status->lateness_max_us = us(loop.worst_lateness);
+    status->deadline_misses = loop.deadline_misses;
   }
 
   void PublishLoop() {
@@ -192,9 +214,11 @@ class ServoProgram {
 
   void PublishReports(Outbox* outbox) {
     const LinkStats stats = link_.stats();
-    outbox->status.refused_messages += stats.total_refused();
-    outbox->status.dropped_messages += stats.dropped;
-    link_.Publish(kServoStatusChannel, outbox->status);
+    ServoStatus status = outbox->status;
+    status.refused_messages += stats.total_refused();
+    status.dropped_messages += stats.dropped;
+    CompleteReport(outbox->J_v, outbox->J_r, &outbox->observability);
+    link_.Publish(kServoStatusChannel, status);
     link_.Publish(kObservabilityChannel, outbox->observability);
   }
 
@@ -224,6 +248,8 @@ class ServoProgram {
   std::atomic<bool> done_{false};
   Wake wake_;
   LoopReport report_;
+  ServoStatus percentiles_;  // its percentiles alone, of the last time they were taken
+  std::int64_t next_percentiles_{0};
   ServoStatus last_status_;
 
   // Mailboxes, and what the control thread has taken out of them.

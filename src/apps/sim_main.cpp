@@ -30,6 +30,7 @@ constexpr int kJpegQuality = 85;
 struct Arguments {
   std::string scenario = kDefaultScenario;
   std::string prefix;
+  std::string arm = "simulated";
   double image_rate = 10.0;
   std::optional<std::uint64_t> seed;
 };
@@ -105,9 +106,15 @@ int Run(const Arguments& arguments) {
   LcmLink link({transport.url, arguments.prefix});
   LatestValue<JointCommand> commands;
   LatestValue<CameraPose> pose_commands;
+  LatestValue<JointState> joints;
   link.Subscribe<JointCommand>(kJointCommandChannel, [&](const auto& v) { commands.Publish(v); });
   link.Subscribe<CameraPose>(kCameraPoseCommandChannel,
                              [&](const auto& v) { pose_commands.Publish(v); });
+
+  const bool external = arguments.arm == "external";
+  if (external) {
+    link.Subscribe<JointState>(kJointStateChannel, [&](const auto& v) { joints.Publish(v); });
+  }
 
   sim::World world(scenario, Clock::now());
   ImagePublisher images(scenario, arguments.image_rate, &link);
@@ -119,18 +126,20 @@ int Run(const Arguments& arguments) {
   Every pose_due(kPosePeriod);
   Every truth_due(kTruthPeriod);
   JointCommand command;
+  JointState joint_state;
   CameraPose pose_command;
   std::int64_t skips = 0;
   const LoopReport report = RunPeriodic(FromSeconds(scenario.sim.step), stop.flag(), [&] {
     const Time now = Clock::now();
     if (commands.Take(&command)) world.Accept(command, now);
     if (pose_commands.Take(&pose_command)) world.Accept(pose_command);
+    if (joints.Take(&joint_state)) world.Follow(joint_state);
     if (now - world.now() > kMaxLag) {
       world.SkipTo(now);
       ++skips;
     }
     world.Advance(now);
-    if (joints_due.Due(now)) link.Publish(kJointStateChannel, world.ReadJoints());
+    if (!external && joints_due.Due(now)) link.Publish(kJointStateChannel, world.ReadJoints());
     if (pose_due.Due(now)) link.Publish(kCameraPoseChannel, world.ReadCameraPose());
     if (const auto features = world.ReadFeatures()) link.Publish(kImageFeaturesChannel, *features);
     if (truth_due.Due(now)) {
@@ -155,6 +164,10 @@ int main(int argc, char** argv) {
   app.add_option("scenario", arguments.scenario, "Built-in scenario or a YAML file")
       ->capture_default_str();
   app.add_option("--prefix", arguments.prefix, "Before every channel name");
+  app.add_option("--arm", arguments.arm,
+                 "simulated: JOINT_STATE is ours; external: another program's, whose arm is drawn")
+      ->check(CLI::IsMember({"simulated", "external"}))
+      ->capture_default_str();
   app.add_option("--image-rate", arguments.image_rate, "CAMERA_IMAGE messages [1/s]; 0: none")
       ->check(CLI::Range(0.0, 30.0))
       ->capture_default_str();

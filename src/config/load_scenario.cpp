@@ -30,6 +30,13 @@ ServoLawOptions LoadLaw(const Section& section) {
                                      "Least singular value without damping.");
   law.max_error_rate = section.Number("max_error_rate", {1.0, 1e5, "px/s"}, defaults.max_error_rate,
                                       "Greatest image speed that is asked for.");
+  law.start_time = section.Number("start_time", {0.0, 10.0, "s"}, defaults.start_time,
+                                  "Time constant of the gain's rise after a rest.");
+  law.ascent_gain =
+      section.Number("ascent_gain", {0.0, 100.0, "rad2/s"}, defaults.ascent_gain,
+                     "Ascent of log w_c by joint motions that the features do not see.");
+  law.self_motion = section.Number("self_motion", {0.0, 1.0, ""}, defaults.self_motion,
+                                   "Share of the velocity limits that such motions may use.");
   return law;
 }
 
@@ -37,7 +44,16 @@ ServoOptions LoadServo(const Section& section) {
   const ServoOptions defaults;
   ServoOptions servo;
   servo.period = section.Number("period", {0.0005, 0.1, "s"}, defaults.period, "Control period.");
+  servo.interaction = section.Choice<InteractionSource>(
+      "interaction",
+      {{"visp", InteractionSource::kVisp}, {"closed_form", InteractionSource::kClosedForm}},
+      defaults.interaction,
+      "Interaction matrices from ViSP's feature classes, or the same in closed form: nothing is "
+      "allocated in the control period then.");
   servo.law = LoadLaw(section);
+  servo.latency_compensation =
+      section.Flag("latency_compensation", defaults.latency_compensation,
+                   "The model carries each image from its exposure to now; false for comparison.");
   const Section staleness = section.OptionalChild(
       "staleness", "Greatest ages of inputs; older ones make the servo hold.");
   const Range age{0.001, 10.0, "s"};
@@ -194,6 +210,8 @@ void LoadSeenGoal(const Section& seen, std::size_t count, Scenario* scenario) {
       "for the simulator alone.");
   goal.offset_W = seen.Vector3("offset", {-10.0, 10.0, "m"}, Vector3d(0.0, 0.0, 0.0),
                                "From each marker of the goal to its goal point, in world axes.");
+  goal.max_speed = seen.Number("max_speed", {0.0, 100.0, "m/s"}, goal.max_speed,
+                               "Greatest speed of the goal's markers; 0: they stand.");
   goal.prior_sigma = seen.Number("prior_sigma", {1e-4, 10.0, "m"}, goal.prior_sigma,
                                  "Standard deviation of the prior along each axis.");
   const Vector3d error = seen.Vector3("prior_error", {-10.0, 10.0, "m"}, Vector3d(0.0, 0.0, 0.0),

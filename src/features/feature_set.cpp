@@ -11,6 +11,7 @@
 
 #include "feature_forms.h"
 #include "vantage/features/pixel_feature.h"
+#include "vantage/features/point_feature.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 #include "visp_interaction.h"
@@ -148,8 +149,8 @@ struct Row {
 // The image points of one call: pixels of all, interaction matrices of those that rows need.
 class Points {
  public:
-  Points(const CameraModel& camera, const PointViews& views)
-      : camera_(camera), views_(views), K_(CalibrationJacobian(camera)) {
+  Points(const CameraModel& camera, const PointViews& views, InteractionSource source)
+      : camera_(camera), views_(views), source_(source), K_(CalibrationJacobian(camera)) {
     for (std::size_t i = 0; i < views.size(); ++i) {
       status_[i] = StatusOf(views[i]);
       // From the principal point: differences lose no digits to it.
@@ -157,18 +158,28 @@ class Points {
     }
   }
 
-  RowStatus Evaluate(const Feature& feature, Row* row) {
+  /// @param gradient  False: row->L and row->L_body are left as they are.
+  RowStatus Evaluate(const Feature& feature, bool gradient, Row* row) {
     for (const int i : feature.points) {
       if (status_[i] != RowStatus::kOk) return status_[i];
+    }
+    if (feature.kind == FeatureKind::kPointX || feature.kind == FeatureKind::kPointY) {
+      const int i = feature.points[0];
+      const int axis = feature.kind == FeatureKind::kPointX ? 0 : 1;
+      row->value = pixels_[i](axis) + PrincipalPointShare(feature, camera_);
+      if (gradient) TakeFromOneBody(feature, Interaction(i).row(axis).transpose(), row);
+      return RowStatus::kOk;
     }
     PixelRow pixel_row;
     const RowStatus status =
         EvaluatePixels(feature, pixels_, std::min(camera_.fx, camera_.fy), &pixel_row);
     if (status != RowStatus::kOk) return status;
     row->value = pixel_row.value + PrincipalPointShare(feature, camera_);
-    if (IsSegment(feature.kind) && OnOneBody(feature)) {
+    if (!gradient) return RowStatus::kOk;
+    const bool as_visp = source_ == InteractionSource::kVisp && OnOneBody(feature);
+    if (as_visp && IsSegment(feature.kind)) {
       TakeFromOneBody(feature, SegmentRow(feature), row);
-    } else if (IsMoment(feature.kind) && OnOneBody(feature) && KnowMoments(feature.points)) {
+    } else if (as_visp && IsMoment(feature.kind) && KnowMoments(feature.points)) {
       TakeFromOneBody(feature, MomentRow(feature), row);
     } else {
       for (std::size_t i = 0; i < feature.points.size(); ++i) {
@@ -182,10 +193,12 @@ class Points {
   }
 
  private:
-  /// 2×6 interaction matrix of the pixel of point i. Asks ViSP once a point.
+  /// 2×6 interaction matrix of the pixel of point i. Asked for once a point.
   const PointMatrix& Interaction(int i) {
     if (!known_[i]) {
-      L_[i] = K_ * VispPointInteraction(views_[i].image);
+      const ImagePoint& image = views_[i].image;
+      L_[i] = K_ * (source_ == InteractionSource::kVisp ? VispPointInteraction(image)
+                                                        : PointInteraction(image));
       known_[i] = true;
     }
     return L_[i];
@@ -257,6 +270,7 @@ class Points {
 
   const CameraModel& camera_;
   const PointViews& views_;
+  const InteractionSource source_;
   const Eigen::Matrix2d K_;
   std::array<RowStatus, kMaxPoints> status_;
   PixelArray pixels_;
@@ -407,10 +421,10 @@ FeatureSet FeatureSet::AllPoints(int num_points) {
   return FeatureSet(std::move(features), num_points);
 }
 
-void FeatureSet::Evaluate(const CameraModel& camera, const PointViews& points,
-                          FeatureRows* rows) const {
+void FeatureSet::Evaluate(const CameraModel& camera, const PointViews& points, FeatureRows* rows,
+                          InteractionSource source) const {
   assert(static_cast<int>(points.size()) == num_points_);
-  Points image(camera, points);
+  Points image(camera, points, source);
   const auto most = static_cast<Eigen::Index>(features_.size());
   rows->s.resize(most);
   rows->L.resize(most, 6);
@@ -419,7 +433,7 @@ void FeatureSet::Evaluate(const CameraModel& camera, const PointViews& points,
   Eigen::Index count = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
     Row row;
-    rows->status[i] = image.Evaluate(features_[i], &row);
+    rows->status[i] = image.Evaluate(features_[i], true, &row);
     if (rows->status[i] != RowStatus::kOk) continue;
     rows->s(count) = row.value;
     rows->L.row(count) = row.L;
@@ -433,10 +447,36 @@ void FeatureSet::Evaluate(const CameraModel& camera, const PointViews& points,
   rows->L_body.conservativeResize(count, 6);
 }
 
+void FeatureSet::EvaluateValues(const CameraModel& camera, const PointViews& points,
+                                FeatureRows* rows) const {
+  assert(static_cast<int>(points.size()) == num_points_);
+  Points image(camera, points, InteractionSource::kClosedForm);
+  rows->s.resize(static_cast<Eigen::Index>(features_.size()));
+  rows->L.resize(0, 6);
+  rows->L_body.resize(0, 6);
+  rows->status.fill(RowStatus::kNotSeen);
+  Eigen::Index count = 0;
+  for (std::size_t i = 0; i < features_.size(); ++i) {
+    Row row;
+    rows->status[i] = image.Evaluate(features_[i], false, &row);
+    if (rows->status[i] != RowStatus::kOk) continue;
+    rows->s(count) = row.value;
+    rows->feature[count] = static_cast<int>(i);
+    ++count;
+  }
+  rows->s.conservativeResize(count);
+}
+
 FeatureJacobian ImageJacobian(const FeatureJacobian& L_body, const Eigen::Isometry3d& X_WC,
                               const Eigen::Vector3d& p_WE) noexcept {
-  // The points move and the camera stands: to them that is the camera moving the other way.
-  return -L_body * CameraOnBody(X_WC, p_WE);
+  // The points move and the camera stands: to them that is the camera moving the other way. The blocks
+  // of CameraOnBody() one by one: half of it are zeros or the same.
+  const Eigen::Matrix3d R_CW = X_WC.linear().transpose();
+  FeatureJacobian J_v(L_body.rows(), 6);
+  J_v.leftCols<3>() = -L_body.leftCols<3>().lazyProduct(R_CW);
+  J_v.rightCols<3>() = J_v.leftCols<3>().lazyProduct(Skew(p_WE - X_WC.translation())) -
+                       L_body.rightCols<3>().lazyProduct(R_CW);
+  return J_v;
 }
 
 FeatureJacobian ImageJacobianEyeInHand(const FeatureRows& rows, const Eigen::Isometry3d& X_WC,

@@ -135,9 +135,12 @@ Refusal CheckObservability(const vantage_msgs::observability_t& wire) noexcept {
 
 Refusal CheckStatus(const vantage_msgs::servo_status_t& wire) noexcept {
   Checks checks;
-  checks.Finite({wire.error_px, wire.loop_time_us, wire.loop_time_max_us})
+  checks
+      .Finite({wire.error_px, wire.loop_time_us, wire.loop_time_max_us, wire.loop_time_p50_us,
+               wire.loop_time_p99_us, wire.loop_time_p999_us, wire.lateness_p999_us,
+               wire.lateness_max_us})
       .UpTo(static_cast<int>(ServoState::kFault), wire.state)
-      .UpTo(static_cast<int>(HoldReason::kOperator), wire.reason)
+      .UpTo(static_cast<int>(HoldReason::kArmNotFollowing), wire.reason)
       .NotNegative({wire.seq, wire.markers_seen, wire.markers_needed, wire.deadline_misses,
                     wire.refused_messages, wire.dropped_messages, wire.stops});
   return checks.Stamp(wire.utime).result();
@@ -277,6 +280,11 @@ Refusal Decode(const void* data, std::size_t size, ServoStatus* out) noexcept {
   out->markers_needed = wire.markers_needed;
   out->loop_time_us = wire.loop_time_us;
   out->loop_time_max_us = wire.loop_time_max_us;
+  out->loop_time_p50_us = wire.loop_time_p50_us;
+  out->loop_time_p99_us = wire.loop_time_p99_us;
+  out->loop_time_p999_us = wire.loop_time_p999_us;
+  out->lateness_p999_us = wire.lateness_p999_us;
+  out->lateness_max_us = wire.lateness_max_us;
   out->deadline_misses = wire.deadline_misses;
   out->refused_messages = wire.refused_messages;
   out->dropped_messages = wire.dropped_messages;
@@ -400,6 +408,11 @@ void Encode(const ServoStatus& value, Bytes* out) {
   wire.markers_needed = value.markers_needed;
   wire.loop_time_us = value.loop_time_us;
   wire.loop_time_max_us = value.loop_time_max_us;
+  wire.loop_time_p50_us = value.loop_time_p50_us;
+  wire.loop_time_p99_us = value.loop_time_p99_us;
+  wire.loop_time_p999_us = value.loop_time_p999_us;
+  wire.lateness_p999_us = value.lateness_p999_us;
+  wire.lateness_max_us = value.lateness_max_us;
   wire.deadline_misses = value.deadline_misses;
   wire.refused_messages = value.refused_messages;
   wire.dropped_messages = value.dropped_messages;

@@ -1,6 +1,7 @@
 #include "vantage/observability/measures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -28,33 +29,80 @@ Measure Failed(MeasureStatus status) noexcept {
   return measure;
 }
 
-MeasureStatus Check(const JacobianRef& J) noexcept {
+MeasureStatus CheckSize(const JacobianRef& J) noexcept {
   const Eigen::Index least = std::min(J.rows(), J.cols());
   if (least == 0) return MeasureStatus::kEmpty;
   if (std::max(J.rows(), J.cols()) > kMaxRows || least > kMaxJoints)
     return MeasureStatus::kTooLarge;
-  return J.allFinite() ? MeasureStatus::kOk : MeasureStatus::kNotFinite;
+  return MeasureStatus::kOk;
 }
 
-// Copies J, or its transpose where J is wide, times a power of two that brings it into bounds. Returns
+// Copies J, or its transpose where J is wide, times a power of two that brings it into bounds. *scale is
 // that factor's inverse.
-double Load(const JacobianRef& J, TallMatrix* A) noexcept {
-  const double largest = J.cwiseAbs().maxCoeff();
+MeasureStatus Load(const JacobianRef& J, TallMatrix* A, double* scale) noexcept {
+  const MeasureStatus status = CheckSize(J);
+  if (status != MeasureStatus::kOk) return status;
+  const auto rows = static_cast<int>(J.rows());
+  const auto columns = static_cast<int>(J.cols());
+  const auto stride = J.outerStride();
+  const bool tall = rows >= columns;
+  A->rows = tall ? rows : columns;
+  A->columns = tall ? columns : rows;
+  // Largest entry of each row of J, and NaN where one is not finite: 0 * inf is.
+  std::array<double, kMaxRows> largest_in{};
+  std::array<double, kMaxRows> zero{};
+  for (int j = 0; j < columns; ++j) {
+    const double* column = J.data() + j * stride;
+    for (int i = 0; i < rows; ++i) {
+      const double size = std::abs(column[i]);
+      largest_in[i] = size > largest_in[i] ? size : largest_in[i];
+      zero[i] += 0.0 * column[i];
+    }
+  }
+  double largest = 0.0;
+  double finite = 0.0;
+  for (int i = 0; i < rows; ++i) {
+    largest = std::max(largest, largest_in[i]);
+    finite += zero[i];
+  }
+  if (!(finite == 0.0)) return MeasureStatus::kNotFinite;
   double factor = 1.0;
   if (largest > kLargest || (largest < kSmallest && largest > 0.0)) {
     factor = std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1020, 1020));
   }
-  const auto rows = static_cast<int>(J.rows());
-  const auto columns = static_cast<int>(J.cols());
-  const bool tall = rows >= columns;
-  A->rows = tall ? rows : columns;
-  A->columns = tall ? columns : rows;
-  for (int j = 0; j < A->columns; ++j) {
-    for (int i = 0; i < A->rows; ++i) {
-      A->column[j][i] = factor * (tall ? J.coeff(i, j) : J.coeff(j, i));
+  *scale = 1.0 / factor;
+  for (int j = 0; j < columns; ++j) {
+    const double* column = J.data() + j * stride;
+    if (tall) {
+      for (int i = 0; i < rows; ++i) A->row[i][j] = factor * column[i];
+    } else {
+      for (int i = 0; i < rows; ++i) A->row[j][i] = factor * column[i];
     }
   }
-  return 1.0 / factor;
+  for (int j = A->columns; j % TallMatrix::kLanes != 0; ++j) {
+    for (int i = 0; i < A->rows; ++i) A->row[i][j] = 0.0;
+  }
+  return MeasureStatus::kOk;
+}
+
+// log of w = Π factor(i), i < s: one logarithm where the product kept its digits, s of them where it left
+// the range of doubles.
+template <typename Factor>
+double LogOfProduct(double w, int s, Factor&& factor) noexcept {
+  if (w > 1e-290 && w < 1e290) return std::log(w);
+  double sum = 0.0;
+  for (int i = 0; i < s; ++i) sum += std::log(factor(i));
+  return sum;
+}
+
+// y = J x, column by column.
+void MultiplyInto(const JacobianRef& J, const double* x, double* y) noexcept {
+  const auto rows = static_cast<int>(J.rows());
+  for (int i = 0; i < rows; ++i) y[i] = 0.0;
+  for (int j = 0; j < J.cols(); ++j) {
+    const double* column = J.data() + j * J.outerStride();
+    for (int i = 0; i < rows; ++i) y[i] += x[j] * column[i];
+  }
 }
 
 void Fill(const RightSystem& system, double scale, int s, double rank_tolerance,
@@ -71,13 +119,7 @@ void Fill(const RightSystem& system, double scale, int s, double rank_tolerance,
     if (sigma > least) ++rank;
   }
   measure->w = w;
-  // One logarithm where the product kept its digits, s of them where it left the range of doubles.
-  if (w > 1e-290 && w < 1e290) {
-    measure->log_w = std::log(w);
-  } else {
-    measure->log_w = 0.0;
-    for (int i = 0; i < s; ++i) measure->log_w += std::log(measure->sigma(i));
-  }
+  measure->log_w = LogOfProduct(w, s, [&](int i) { return measure->sigma(i); });
   measure->sigma_min = measure->sigma(s - 1);
   measure->condition =
       measure->sigma_min > 0.0 ? measure->sigma(0) / measure->sigma_min : kInfinity;
@@ -123,12 +165,12 @@ double Measure::inverse_trace() const noexcept {
 }
 
 Measure MeasureOf(const JacobianRef& J, int task_dimension, double rank_tolerance) noexcept {
-  const MeasureStatus status = Check(J);
-  if (status != MeasureStatus::kOk) return Failed(status);
   if (task_dimension < 1) return Failed(MeasureStatus::kEmpty);
   TallMatrix A;
+  double scale = 1.0;
+  const MeasureStatus status = Load(J, &A, &scale);
+  if (status != MeasureStatus::kOk) return Failed(status);
   RightSystem system;
-  const double scale = Load(J, &A);
   const int s = std::min(A.columns, task_dimension);
   SolveRightSystem(&A, &system);
   Measure measure;
@@ -136,18 +178,37 @@ Measure MeasureOf(const JacobianRef& J, int task_dimension, double rank_toleranc
   return measure;
 }
 
+Volume VolumeOf(const JacobianRef& J, double rank_tolerance) noexcept {
+  Volume volume;
+  TallMatrix A;
+  double scale = 1.0;
+  volume.status = Load(J, &A, &scale);
+  volume.log_w = -kInfinity;
+  if (volume.status != MeasureStatus::kOk) return volume;
+  double diagonal[TallMatrix::kMaxColumns];
+  TriangleDiagonal(&A, diagonal);
+  volume.w = 1.0;
+  volume.log_w = 0.0;
+  for (int i = 0; i < A.columns; ++i) {
+    volume.w *= scale * diagonal[i];
+    if (diagonal[i] > rank_tolerance * diagonal[0]) ++volume.rank;
+  }
+  volume.log_w = LogOfProduct(volume.w, A.columns, [&](int i) { return scale * diagonal[i]; });
+  return volume;
+}
+
 SingularSystem Decompose(const JacobianRef& J, int task_dimension, double rank_tolerance) noexcept {
   SingularSystem result;
   result.axes.resize(0, 0);
   result.directions.resize(0, 0);
-  const MeasureStatus status = task_dimension < 1 ? MeasureStatus::kEmpty : Check(J);
+  TallMatrix A;
+  double scale = 1.0;
+  const MeasureStatus status = task_dimension < 1 ? MeasureStatus::kEmpty : Load(J, &A, &scale);
   if (status != MeasureStatus::kOk) {
     result.measure = Failed(status);
     return result;
   }
-  TallMatrix A;
   RightSystem system;
-  const double scale = Load(J, &A);
   const int columns = A.columns;
   const int s = std::min(columns, task_dimension);
   SolveRightSystem(&A, &system);
@@ -166,7 +227,7 @@ SingularSystem Decompose(const JacobianRef& J, int task_dimension, double rank_t
       } else {
         CompleteBasis(&result.directions, i);
       }
-      result.axes.col(i).noalias() = J.lazyProduct(result.directions.col(i));
+      MultiplyInto(J, result.directions.col(i).data(), result.axes.col(i).data());
     } else {
       result.axes.col(i) = sigma * vector;
       if (sigma > zero) {
@@ -269,14 +330,14 @@ TaskJacobian ScaleJoints(const TaskJacobian& J, const JointVector& scale) noexce
   return J * scale.asDiagonal();
 }
 
-LowCause DiagnoseLowMeasure(const SingularSystem& composite, const Measure& arm,
-                            const ArmJacobian& J_r, int rows_needed, bool low,
-                            const DiagnosisOptions& options) noexcept {
+LowCause DiagnoseLowMeasure(const SingularSystem& composite, int arm_rank, const ArmJacobian& J_r,
+                            int rows_needed, bool low, const DiagnosisOptions& options) noexcept {
   const Measure& seen = composite.measure;
   if (seen.size() == 0 || composite.axes.rows() < rows_needed) return LowCause::kFeatures;
   if (!low) return LowCause::kNone;
   // An arm that has lost a direction loses it in the product, unless the features ask for less.
-  if (arm.rank < arm.size() && seen.size() >= arm.size()) return LowCause::kArm;
+  const int arm_size = std::min(kTaskDimension, static_cast<int>(J_r.cols()));
+  if (arm_rank < arm_size && seen.size() >= arm_size) return LowCause::kArm;
 
   const double length = options.length > 0.0 ? options.length : CharacteristicLength(J_r);
   const Eigen::Matrix<double, 6, 1> motion =
@@ -309,6 +370,43 @@ double LargestEigenvalue(const Eigen::Matrix3d& S) noexcept {
   return mean + 2.0 * spread * std::cos(std::acos(std::clamp(half_det, -1.0, 1.0)) / 3.0);
 }
 
+// What is left of a column after its share in the seen motions, to rounding (squared, relative).
+constexpr double kUnseen = 1e-14;
+
+// Velocities of the points of a body by up to C twists (v, ω) of it: v + ω × p.
+template <int C>
+class RigidMotions {
+ public:
+  template <typename Derived>
+  void Set(int i, const Eigen::MatrixBase<Derived>& twist) noexcept {
+    rows_.col(i) = twist;
+  }
+  // 3×C, row by row: twists of one component in lanes.
+  using Velocities = Eigen::Matrix<double, 3, C, Eigen::RowMajor>;
+  [[nodiscard]] Velocities At(const Eigen::Vector3d& p) const noexcept {
+    Velocities moved = rows_.template topRows<3>();
+    moved.row(0) += p.z() * rows_.row(4) - p.y() * rows_.row(5);
+    moved.row(1) += p.x() * rows_.row(5) - p.z() * rows_.row(3);
+    moved.row(2) += p.y() * rows_.row(3) - p.x() * rows_.row(4);
+    return moved;
+  }
+
+ private:
+  Eigen::Matrix<double, 6, C, Eigen::RowMajor> rows_ =
+      Eigen::Matrix<double, 6, C, Eigen::RowMajor>::Zero();
+};
+
+// True when no eigenvalue of the symmetric S is `bound` or above: bound I - S is positive definite.
+bool IsBelow(const Eigen::Matrix3d& S, double bound) noexcept {
+  const double a = bound - S(0, 0);
+  const double b = bound - S(1, 1);
+  const double c = bound - S(2, 2);
+  const double ab = a * b - S(0, 1) * S(0, 1);
+  const double det =
+      c * ab - a * S(1, 2) * S(1, 2) - b * S(0, 2) * S(0, 2) - 2.0 * S(0, 1) * S(1, 2) * S(0, 2);
+  return a > 0.0 && ab > 0.0 && det > 0.0;
+}
+
 }  // namespace
 
 double WorstMillimetresPerPixel(const SingularSystem& composite,
@@ -316,8 +414,6 @@ double WorstMillimetresPerPixel(const SingularSystem& composite,
   const Measure& seen = composite.measure;
   if (seen.size() == 0) return points.empty() ? 0.0 : kInfinity;
   const int rank = seen.rank;
-  // What is left of a column after its share in the seen motions, to rounding.
-  constexpr double kUnseen = 1e-14;
   double worst = 0.0;
   for (const PointJacobian& A : points) {
     // B = A V Σ^-1: motion of the point by one pixel along each axis.
@@ -332,6 +428,41 @@ double WorstMillimetresPerPixel(const SingularSystem& composite,
     const double all = A.squaredNorm();
     if (rank < A.cols() && all - share > kUnseen * all) return kInfinity;
     worst = std::max(worst, LargestEigenvalue(BBt));
+  }
+  return 1e3 * std::sqrt(worst);
+}
+
+double WorstMillimetresPerPixel(const SingularSystem& composite, const ArmJacobian& J_r,
+                                const std::vector<Eigen::Vector3d>& p_EP_W) noexcept {
+  const Measure& seen = composite.measure;
+  if (seen.size() == 0) return p_EP_W.empty() ? 0.0 : kInfinity;
+  const int rank = seen.rank;
+  // Twists of E by one pixel along each axis. Its six dimensions bound what J_c can see.
+  RigidMotions<kTaskDimension> by_pixel;
+  ArmJacobian unseen = J_r;
+  for (int i = 0; i < std::min(rank, kTaskDimension); ++i) {
+    Eigen::Matrix<double, 6, 1> twist;
+    MultiplyInto(J_r, composite.directions.col(i).data(), twist.data());
+    by_pixel.Set(i, twist / seen.sigma(i));
+    if (rank < J_r.cols()) {
+      unseen.noalias() -= twist.lazyProduct(composite.directions.col(i).transpose());
+    }
+  }
+  if (rank < J_r.cols()) {
+    RigidMotions<kMaxJoints> lost, all;
+    for (int j = 0; j < J_r.cols(); ++j) {
+      lost.Set(j, unseen.col(j));
+      all.Set(j, J_r.col(j));
+    }
+    for (const Eigen::Vector3d& p : p_EP_W) {
+      if (lost.At(p).squaredNorm() > kUnseen * all.At(p).squaredNorm()) return kInfinity;
+    }
+  }
+  double worst = 0.0;
+  for (const Eigen::Vector3d& p : p_EP_W) {
+    const auto moved = by_pixel.At(p);
+    const Eigen::Matrix3d BBt = moved.lazyProduct(moved.transpose());
+    if (!IsBelow(BBt, worst)) worst = std::max(worst, LargestEigenvalue(BBt));
   }
   return 1e3 * std::sqrt(worst);
 }

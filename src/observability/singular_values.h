@@ -1,27 +1,29 @@
 #pragma once
 
-#include <array>
-
-#include "vantage/math/sizes.h"
+#include "vantage/math/capacity.h"
 
 /// @file
-/// Singular values of small matrices on storage of fixed size.
+/// Singular values of small matrices on storage of fixed size. The kernels are compiled once for each
+/// instruction set and the best that the machine runs is chosen at run time: so nothing here may bring
+/// inline code that the linker could choose for the rest of the program (no Eigen, no containers).
 
 namespace vantage {
 
-/// A tall matrix (rows >= columns) in columns of fixed stride.
+/// A tall matrix (rows >= columns), row by row: what is done to all columns of a row is done in lanes.
 struct TallMatrix {
   static constexpr int kMaxColumns = kMaxJoints;
-  int rows{0};     ///< At most kMaxRows.
-  int columns{0};  ///< At most kMaxColumns and rows.
-  alignas(16) double column[kMaxColumns][kMaxRows];
+  static constexpr int kLanes = 8;  ///< Of the widest registers.
+  int rows{0};                      ///< At most kMaxRows.
+  int columns{0};                   ///< At most kMaxColumns and rows.
+  /// row[i][j]; from `columns` to the next multiple of kLanes the entries are 0.
+  alignas(64) double row[kMaxRows][kMaxColumns];
 };
 
 /// Singular values and right singular vectors of a tall matrix.
 struct RightSystem {
-  std::array<double, TallMatrix::kMaxColumns> sigma;  ///< Descending; `columns` of them.
+  double sigma[TallMatrix::kMaxColumns];  ///< Descending; `columns` of them.
   /// vector[i][j]: entry j of v_i. Where σ_i is 0 the vector may be 0.
-  alignas(16) double vector[TallMatrix::kMaxColumns][TallMatrix::kMaxColumns];
+  alignas(64) double vector[TallMatrix::kMaxColumns][TallMatrix::kMaxColumns];
 };
 
 /// One-sided Jacobi rotations on the transposed triangle of a QR decomposition with column pivoting: the
@@ -33,5 +35,23 @@ struct RightSystem {
 ///   29(4), 2008.
 /// Real-time safe.
 void SolveRightSystem(TallMatrix* A, RightSystem* system) noexcept;
+
+/// Moduli of the diagonal of the triangle of a QR decomposition with column pivoting, `columns` of them:
+/// their product is that of the singular values. A fraction of SolveRightSystem()'s time.
+///
+/// @param A  Overwritten. @pre as above.
+/// Real-time safe.
+void TriangleDiagonal(TallMatrix* A, double diagonal[TallMatrix::kMaxColumns]) noexcept;
+
+/// What one instruction set offers.
+struct SingularKernels {
+  void (*solve)(TallMatrix* A, RightSystem* system) noexcept;
+  void (*diagonal)(TallMatrix* A, double* diagonal) noexcept;
+};
+[[nodiscard]] const SingularKernels& BaselineSingularKernels() noexcept;
+#ifdef VANTAGE_BATCH_X86
+[[nodiscard]] const SingularKernels& Avx2SingularKernels() noexcept;
+[[nodiscard]] const SingularKernels& Avx512SingularKernels() noexcept;
+#endif
 
 }  // namespace vantage

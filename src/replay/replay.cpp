@@ -21,8 +21,10 @@ namespace {
 constexpr std::size_t kSnapshotsKept = 5000;
 
 // What tells of the machine and not of the servo.
-const std::set<std::string> kNotReproduced{"loop_time_us", "loop_time_max_us", "deadline_misses",
-                                           "refused_messages", "dropped_messages"};
+const std::set<std::string> kNotReproduced{
+    "loop_time_us",      "loop_time_max_us", "loop_time_p50_us", "loop_time_p99_us",
+    "loop_time_p999_us", "lateness_p999_us", "lateness_max_us",  "deadline_misses",
+    "refused_messages",  "dropped_messages"};
 
 const char* const kCompared[] = {kJointCommandChannel, kObservabilityChannel, kServoStatusChannel,
                                  kCameraPoseCommandChannel};
@@ -139,7 +141,9 @@ class Replayer {
     snapshots_.push_back(servo_.snapshot());
     if (snapshots_.size() > kSnapshotsKept) snapshots_.pop_front();
     Replayed(kJointCommandChannel, output.command);
-    Replayed(kObservabilityChannel, output.observability);
+    ObservabilityReport report = output.observability;
+    CompleteReport(output.J_v, output.J_r, &report);
+    Replayed(kObservabilityChannel, report);
     Replayed(kServoStatusChannel, output.status);
   }
 

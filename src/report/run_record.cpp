@@ -118,7 +118,12 @@ void WriteSummary(const RunSummary& summary, const std::string& path) {
   json["stops"] = summary.status.stops;
   json["control_periods"] = summary.status.seq;
   json["deadline_misses"] = summary.status.deadline_misses;
+  json["loop_time_p50_us"] = Number(summary.status.loop_time_p50_us);
+  json["loop_time_p99_us"] = Number(summary.status.loop_time_p99_us);
+  json["loop_time_p999_us"] = Number(summary.status.loop_time_p999_us);
   json["loop_time_max_us"] = Number(summary.status.loop_time_max_us);
+  json["lateness_p999_us"] = Number(summary.status.lateness_p999_us);
+  json["lateness_max_us"] = Number(summary.status.lateness_max_us);
   json["refused_messages"] = summary.status.refused_messages;
   json["dropped_messages"] = summary.status.dropped_messages;
   json["limit_violations"] = summary.limit_violations;

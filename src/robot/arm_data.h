@@ -5,22 +5,14 @@
 
 #include <Eigen/Geometry>
 #include <kdl/frames.hpp>
-#include <kdl/segment.hpp>
 
 #include "vantage/robot/arm_model.h"
 
 /// @file
-/// Private to the module: the arm in KDL's terms.
+/// Private to the module: what an ArmModel holds, and frames from KDL, which knows the conventions of Denavit
+/// and Hartenberg.
 
 namespace vantage {
-
-[[nodiscard]] inline KDL::Frame ToKdl(const Eigen::Isometry3d& X) {
-  const auto R = X.linear();
-  const auto p = X.translation();
-  return KDL::Frame(KDL::Rotation(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0),
-                                  R(2, 1), R(2, 2)),
-                    KDL::Vector(p.x(), p.y(), p.z()));
-}
 
 [[nodiscard]] inline Eigen::Vector3d FromKdl(const KDL::Vector& p) {
   return {p.x(), p.y(), p.z()};
@@ -35,12 +27,12 @@ namespace vantage {
   return result;
 }
 
-/// One joint with its link. The segment's joint is always RotZ or TransZ: KDL's joints about an
-/// arbitrary axis cache their last pose in a mutable member, which two threads would race for.
+/// One joint with its link: X_before, the joint's motion, X_after.
 struct ArmJoint {
+  JointKind kind{JointKind::kRevolute};
   bool has_before{false};  ///< X_before is not the identity.
-  KDL::Frame X_before{KDL::Frame::Identity()};
-  KDL::Segment segment;
+  Eigen::Isometry3d X_before{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d X_after{Eigen::Isometry3d::Identity()};
 };
 
 struct ArmModel::Data {
@@ -54,10 +46,21 @@ struct ArmModel::Data {
   Eigen::Isometry3d X_LastE{Eigen::Isometry3d::Identity()};
 
   std::vector<ArmJoint> joints;
-  KDL::Frame base;  ///< X_WBase.
-  KDL::Frame tool;  ///< X_LastE.
+  /// What stands between two joints' motions, multiplied out: chain[0] from the base to joint 0,
+  /// chain[n] from the last joint to E. Kept by UpdateChain().
+  std::vector<Eigen::Isometry3d> chain;
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(joints.size()); }
+
+  void UpdateChain() {
+    chain.clear();
+    Eigen::Isometry3d X = X_WBase;
+    for (const ArmJoint& joint : joints) {
+      chain.push_back(joint.has_before ? X * joint.X_before : X);
+      X = joint.X_after;
+    }
+    chain.push_back(X * X_LastE);
+  }
 };
 
 }  // namespace vantage

@@ -126,18 +126,10 @@ std::vector<std::string> NamesOrDefaults(std::vector<std::string> names, std::si
   return names;
 }
 
-// Exactly: KDL's own operator== takes frames within 1e-6 for equal.
-bool IsIdentity(const KDL::Frame& X) {
-  return FromKdl(X).matrix() == Eigen::Isometry3d::Identity().matrix();
-}
-
-ArmJoint MakeJoint(JointKind kind, const KDL::Frame& X_before, const KDL::Frame& X_after) {
-  const auto type = kind == JointKind::kRevolute ? KDL::Joint::RotZ : KDL::Joint::TransZ;
-  ArmJoint joint;
-  joint.has_before = !IsIdentity(X_before);
-  joint.X_before = X_before;
-  joint.segment = KDL::Segment(KDL::Joint(type), X_after);
-  return joint;
+ArmJoint MakeJoint(JointKind kind, const Eigen::Isometry3d& X_before,
+                   const Eigen::Isometry3d& X_after) {
+  const bool has_before = X_before.matrix() != Eigen::Isometry3d::Identity().matrix();
+  return {kind, has_before, X_before, X_after};
 }
 
 ArmJoint DhJoint(DhConvention convention, const DhRow& row) {
@@ -145,10 +137,11 @@ ArmJoint DhJoint(DhConvention convention, const DhRow& row) {
   const double theta = revolute ? row.offset : row.theta;
   const double d = revolute ? row.d : row.offset;
   if (convention == DhConvention::kStandard) {
-    return MakeJoint(row.kind, KDL::Frame::Identity(), KDL::Frame::DH(row.a, row.alpha, d, theta));
+    return MakeJoint(row.kind, Eigen::Isometry3d::Identity(),
+                     FromKdl(KDL::Frame::DH(row.a, row.alpha, d, theta)));
   }
-  return MakeJoint(row.kind, KDL::Frame::DH_Craig1989(row.a, row.alpha, 0.0, 0.0),
-                   KDL::Frame::DH_Craig1989(0.0, 0.0, d, theta));
+  return MakeJoint(row.kind, FromKdl(KDL::Frame::DH_Craig1989(row.a, row.alpha, 0.0, 0.0)),
+                   FromKdl(KDL::Frame::DH_Craig1989(0.0, 0.0, d, theta)));
 }
 
 bool IsFinite(const DhRow& row) {
@@ -175,8 +168,6 @@ std::shared_ptr<ArmModel::Data> CommonData(std::string name, std::size_t joints,
   data->capsules = std::move(capsules);
   data->X_WBase = X_WBase;
   data->X_LastE = X_LastE;
-  data->base = ToKdl(X_WBase);
-  data->tool = ToKdl(X_LastE);
   return data;
 }
 
@@ -195,6 +186,7 @@ ArmModel::ArmModel(std::string name, DhConvention convention, const std::vector<
     data->joint_kinds.push_back(rows[i].kind);
     data->joints.push_back(DhJoint(convention, rows[i]));
   }
+  data->UpdateChain();
   data_ = std::move(data);
 }
 
@@ -208,9 +200,9 @@ ArmModel::ArmModel(std::string name, const std::vector<JointTransform>& joints,
     RequirePose(joints[i].X_before, Element("joints", i));
     RequirePose(joints[i].X_after, Element("joints", i));
     data->joint_kinds.push_back(joints[i].kind);
-    data->joints.push_back(
-        MakeJoint(joints[i].kind, ToKdl(joints[i].X_before), ToKdl(joints[i].X_after)));
+    data->joints.push_back(MakeJoint(joints[i].kind, joints[i].X_before, joints[i].X_after));
   }
+  data->UpdateChain();
   data_ = std::move(data);
 }
 
@@ -253,7 +245,7 @@ ArmModel ArmModel::WithTool(const Eigen::Isometry3d& X_LastE) const {
   RequirePose(X_LastE, "tool");
   auto data = std::make_shared<Data>(*data_);
   data->X_LastE = X_LastE;
-  data->tool = ToKdl(X_LastE);
+  data->UpdateChain();
   return ArmModel(std::move(data));
 }
 
@@ -261,7 +253,7 @@ ArmModel ArmModel::WithBase(const Eigen::Isometry3d& X_WBase) const {
   RequirePose(X_WBase, "base");
   auto data = std::make_shared<Data>(*data_);
   data->X_WBase = X_WBase;
-  data->base = ToKdl(X_WBase);
+  data->UpdateChain();
   return ArmModel(std::move(data));
 }
 

@@ -3,16 +3,35 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cmath>
 
 #include "arm_data.h"
 
 namespace vantage {
 namespace {
 
-// Pose of link i from that of link i-1.
-KDL::Frame NextLink(const ArmJoint& joint, const KDL::Frame& X_WPrevious, double q) {
-  const KDL::Frame X_segment = joint.segment.pose(q);
-  return joint.has_before ? X_WPrevious * joint.X_before * X_segment : X_WPrevious * X_segment;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+// As 4×4 matrices: aligned, two lanes at a time.
+Isometry3d Times(const Isometry3d& X_AB, const Isometry3d& X_BC) noexcept {
+  Isometry3d X_AC;
+  X_AC.matrix().noalias() = X_AB.matrix() * X_BC.matrix();
+  return X_AC;
+}
+
+// X times the joint's motion: a turn about z or a shift along it.
+void Move(JointKind kind, double q, Isometry3d* X) noexcept {
+  auto& matrix = X->matrix();
+  if (kind == JointKind::kPrismatic) {
+    matrix.col(3) += q * matrix.col(2);
+    return;
+  }
+  const double c = std::cos(q);
+  const double s = std::sin(q);
+  const Eigen::Vector4d x = matrix.col(0);
+  matrix.col(0) = c * x + s * matrix.col(1);
+  matrix.col(1) = c * matrix.col(1) - s * x;
 }
 
 // Squared distance of the point p from the segment a + s u, s in [0, 1].
@@ -29,27 +48,24 @@ Kinematics ComputeKinematics(const ArmModel& arm, const JointVector& q) noexcept
   assert(q.size() == arm.size());
   const ArmModel::Data& data = arm.data();
   const int n = data.size();
-  std::array<KDL::Vector, kMaxJoints> origin;  // A point on each joint's axis, in W.
-  std::array<KDL::Vector, kMaxJoints> axis;    // The axis' direction, in W.
-  KDL::Frame X = data.base;
-  for (int i = 0; i < n; ++i) {
-    const ArmJoint& joint = data.joints[i];
-    if (joint.has_before) X = X * joint.X_before;
-    origin[i] = X.p;
-    axis[i] = X.M.UnitZ();
-    X = X * joint.segment.pose(q(i));
-  }
-  X = X * data.tool;
-
   Kinematics result;
-  result.X_WE = FromKdl(X);
   result.J_WE_W.resize(6, n);
+  // First a point on each axis and its direction; the arms of the levers once E is known.
+  Isometry3d X = data.chain[0];
   for (int i = 0; i < n; ++i) {
+    result.J_WE_W.col(i).head<3>() = X.translation();
+    result.J_WE_W.col(i).tail<3>() = X.linear().col(2);
+    Move(data.joint_kinds[i], q(i), &X);
+    X = Times(X, data.chain[i + 1]);
+  }
+  result.X_WE = X;
+  for (int i = 0; i < n; ++i) {
+    const Vector3d axis = result.J_WE_W.col(i).tail<3>();
     if (data.joint_kinds[i] == JointKind::kRevolute) {
-      result.J_WE_W.col(i).head<3>() = FromKdl(axis[i] * (X.p - origin[i]));  // Cross product.
-      result.J_WE_W.col(i).tail<3>() = FromKdl(axis[i]);
+      const Vector3d lever = X.translation() - result.J_WE_W.col(i).head<3>();
+      result.J_WE_W.col(i).head<3>() = axis.cross(lever);
     } else {
-      result.J_WE_W.col(i).head<3>() = FromKdl(axis[i]);
+      result.J_WE_W.col(i).head<3>() = axis;
       result.J_WE_W.col(i).tail<3>().setZero();
     }
   }
@@ -59,20 +75,26 @@ Kinematics ComputeKinematics(const ArmModel& arm, const JointVector& q) noexcept
 Eigen::Isometry3d EndEffectorPose(const ArmModel& arm, const JointVector& q) noexcept {
   assert(q.size() == arm.size());
   const ArmModel::Data& data = arm.data();
-  KDL::Frame X = data.base;
-  for (int i = 0; i < data.size(); ++i) X = NextLink(data.joints[i], X, q(i));
-  return FromKdl(X * data.tool);
+  Isometry3d X = data.chain[0];
+  for (int i = 0; i < data.size(); ++i) {
+    Move(data.joint_kinds[i], q(i), &X);
+    X = Times(X, data.chain[i + 1]);
+  }
+  return X;
 }
 
 LinkPoses ComputeLinkPoses(const ArmModel& arm, const JointVector& q) noexcept {
   assert(q.size() == arm.size());
   const ArmModel::Data& data = arm.data();
   LinkPoses poses;
-  poses.fill(Eigen::Isometry3d::Identity());
-  KDL::Frame X = data.base;
+  poses.fill(Isometry3d::Identity());
+  Isometry3d X = data.X_WBase;
   for (int i = 0; i < data.size(); ++i) {
-    X = NextLink(data.joints[i], X, q(i));
-    poses[i] = FromKdl(X);
+    const ArmJoint& joint = data.joints[i];
+    if (joint.has_before) X = Times(X, joint.X_before);
+    Move(joint.kind, q(i), &X);
+    X = Times(X, joint.X_after);
+    poses[i] = X;
   }
   return poses;
 }

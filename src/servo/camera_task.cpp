@@ -55,7 +55,29 @@ ActiveOutput CameraTask::Step(const ServoSnapshot& snapshot) {
   }
   ActiveOutput output = camera_.Step(inputs);
   output.q_goal = q_goal_;
+  // Of use only where the features leave the joints freedom.
+  const auto rows = static_cast<int>(task_.view.features.features().size());
+  if (std::min(rows, kTaskDimension) < task_.view.arm.size()) {
+    output.log_w_gradient = LogCompositeGradient(task_.view, inputs.q, inputs.X_WC);
+  }
   return output;
+}
+
+JointVector LogCompositeGradient(const ViewModel& view, const JointVector& q,
+                                 const Eigen::Isometry3d& X_WC) {
+  constexpr double kStep = 1e-4;  // [rad or m]
+  const auto log_w = [&](const JointVector& at) {
+    return MeasureOf(CompositeJacobian(view, SampleArm(view, at), X_WC)).log_w;
+  };
+  JointVector gradient(q.size());
+  for (int i = 0; i < q.size(); ++i) {
+    JointVector more = q;
+    JointVector less = q;
+    more(i) += kStep;
+    less(i) -= kStep;
+    gradient(i) = (log_w(more) - log_w(less)) / (2.0 * kStep);
+  }
+  return gradient;
 }
 
 }  // namespace vantage

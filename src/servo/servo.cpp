@@ -14,6 +14,9 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+// A goal that moves at its greatest speed is off by what it does in this time from one image to the next, if
+// its turns are taken for noise [s].
+constexpr double kDriftTime = 0.02;
 // A stamp this far ahead of our clock cannot be true.
 constexpr Duration kFutureTolerance = std::chrono::milliseconds(5);
 // State is carried forward by the model for at most this long [s].
@@ -43,6 +46,15 @@ constexpr double kStandingSpeed = 0.03;
 constexpr double kStandingAverage = 4.0;
 // An arm that stands this many times the tolerance from its goal, and gets no nearer, is there.
 constexpr double kReachedShare = 2.0;
+// Ahead of now, the goal of a moving target is looked at to know its features' rate [s].
+constexpr double kSoon = 0.01;
+// An arm that is further from where it was told to be than it goes in this time at its greatest speed does
+// not follow [s].
+constexpr double kMaxLead = 0.5;
+// A joint is at a limit within this share of its range.
+constexpr double kAtLimit = 1e-3;
+// An arm that is asked for less than this share of its speed stands.
+constexpr double kStands = 0.01;
 // A smaller error by this factor is progress.
 constexpr double kProgress = 0.95;
 
@@ -54,10 +66,6 @@ Isometry3d PoseBetween(const Isometry3d& a, const Isometry3d& b, double fraction
   return Advance(a, fraction * Displacement(a, b));
 }
 
-Vector2d Pixel(const CameraModel& camera, const Vector2d& n) {
-  return CalibrationJacobian(camera) * n + Vector2d(camera.u0, camera.v0);
-}
-
 Vector2d Normalised(const CameraModel& camera, const Vector2d& pixel) {
   const double y = (pixel.y() - camera.v0) / camera.fy;
   return {(pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y};
@@ -67,7 +75,13 @@ double Age(Time now, Time stamp) {
   return ToSeconds(now - stamp);
 }
 
+// Matrices of `b` without rows stay so: only its values were asked for.
 void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
+  if (a->size() == b->size() &&
+      std::equal(a->feature.begin(), a->feature.begin() + a->size(), b->feature.begin())) {
+    return;
+  }
+  const bool values_only = b->L.rows() == 0;
   int kept = 0;
   int j = 0;
   for (int i = 0; i < a->size(); ++i) {
@@ -76,17 +90,29 @@ void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
     for (FeatureRows* rows : {a, b}) {
       const int from = rows == a ? i : j;
       rows->s(kept) = rows->s(from);
+      rows->feature[kept] = rows->feature[from];
+      if (rows == b && values_only) continue;
       rows->L.row(kept) = rows->L.row(from);
       rows->L_body.row(kept) = rows->L_body.row(from);
-      rows->feature[kept] = rows->feature[from];
     }
     ++kept;
   }
   for (FeatureRows* rows : {a, b}) {
     rows->s.conservativeResize(kept);
+    if (rows == b && values_only) continue;
     rows->L.conservativeResize(kept, 6);
     rows->L_body.conservativeResize(kept, 6);
   }
+}
+
+// w_v. Where features and joints cover the task, w_c = w_v w_r (docs/paper.md), which saves a decomposition;
+// not near a singularity, where the quotient loses its digits.
+double ObservabilityOf(const FeatureJacobian& J_v, const Measure& composite, const Volume& arm) {
+  constexpr double kWellConditioned = 1e-4;
+  const bool covered = J_v.rows() >= kTaskDimension && composite.size() == kTaskDimension &&
+                       arm.rank == kTaskDimension;
+  if (covered && composite.inverse_condition() > kWellConditioned) return composite.w / arm.w;
+  return VolumeOf(J_v).w;
 }
 
 void CheckSizes(const ServoTask& task, const ServoOptions& options) {
@@ -132,8 +158,9 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
     limit.lower += margin;
     limit.upper -= margin;
   }
-  point_jacobians_.resize(count);
+  p_EM_W_.resize(count);
   current_.resize(count);
+  wanted_soon_.resize(count);
   wanted_.resize(count);
   ahead_.resize(count);
   const int n = task_.view.arm.size();
@@ -168,6 +195,7 @@ bool Servo::Accept(const CameraPose& pose, Time now) noexcept {
     ++output_.status.refused_messages;
     return false;
   }
+  V_WC_C_ = CameraTwist();
   return true;
 }
 
@@ -211,20 +239,22 @@ Twist Servo::CameraTwist() const noexcept {
   // A pose is measured only when it changes or at the rig's own rate: the window may hold one value.
   const Time end = poses_.newest_stamp();
   const auto X_before = poses_.At(end - kTwistWindow, PoseBetween);
+  if (X_before->matrix() == poses_.newest().matrix()) return Twist::Zero();
   return Displacement(*X_before, poses_.newest()) / ToSeconds(kTwistWindow);
 }
 
-void Servo::PredictState(Time now, const Twist& V_WC_C) noexcept {
+void Servo::PredictState(Time now) noexcept {
   const double joint_age = std::clamp(Age(now, joints_.newest_stamp()), 0.0, kMaxExtrapolation);
   const double pose_age = std::clamp(Age(now, poses_.newest_stamp()), 0.0, kMaxExtrapolation);
   q_ = joints_.newest() + joint_age * qdot_;
-  X_WC_ = Advance(poses_.newest(), pose_age * V_WC_C);
+  X_WC_ = camera_moves_ ? Advance(poses_.newest(), pose_age * V_WC_C_) : poses_.newest();
   kinematics_ = ComputeKinematics(task_.view.arm, q_);
 }
 
 // The part of the difference `measured` that is believed at once, `age` seconds after the last one.
-Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age, double time) {
-  if (age > 3.0 * time || (measured - average).norm() > kOffsetJump) return measured;
+Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age, double time,
+                  double jump) {
+  if (age > 3.0 * time || (measured - average).norm() > jump) return measured;
   return average + age / (age + time) * (measured - average);
 }
 
@@ -232,8 +262,7 @@ Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age,
 // bridges the latency and the time between two images.
 void Servo::UseImage() noexcept {
   const CameraModel& camera = task_.view.camera;
-  const bool standing = qdot_.lpNorm<Eigen::Infinity>() < kStandingSpeed &&
-                        CameraTwist().lpNorm<Eigen::Infinity>() < 1e-6;
+  const bool standing = qdot_.lpNorm<Eigen::Infinity>() < kStandingSpeed && !camera_moves_;
   const double time = (standing ? kStandingAverage : 1.0) * options_.offset_time;
   const JointVector q = *joints_.At(features_.exposure, Between);
   const Isometry3d X_CE = features_.X_WC.inverse() * EndEffectorPose(task_.view.arm, q);
@@ -243,10 +272,11 @@ void Servo::UseImage() noexcept {
     const MarkerMeasurement* measured = features_.Find(marker.id);
     const auto expected = Project(X_CE * marker.p);
     if (measured != nullptr && measured->valid && expected) {
-      const Vector2d offset = measured->pixel - Pixel(camera, expected->n);
+      seen_at_[i] = Normalised(camera, measured->pixel);
+      const Vector2d offset = seen_at_[i] - expected->n;
       offset_[i] = last_seen_[i]
                        ? Averaged(offset_[i], offset, Age(features_.exposure, *last_seen_[i]),
-                                  options_.offset_time)
+                                  options_.offset_time, kOffsetJump / camera.fx)
                        : offset;
       last_seen_[i] = features_.exposure;
     } else if (needed_[i]) {
@@ -256,28 +286,48 @@ void Servo::UseImage() noexcept {
   goals_lost_ = 0;
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(task_.goal.marker_ids[i]);
-    std::optional<Time>& last_seen = goal_last_seen_[i];
-    const double age = last_seen ? Age(features_.exposure, *last_seen) : kGoalMemory;
     if (measured != nullptr && measured->valid) {
-      const auto seen_before = Project(features_.X_WC.inverse() * p_WMarker_[i]);
-      if (NewView(i)) goal_[i].Update(camera, features_.X_WC, measured->pixel, GoalSigma());
-      PlaceGoalMarker(i);
-      // The estimate gives the depth; where the goal is in the image, the image says best. An error of
-      // the camera's pose shifts goal and arm alike, and so leaves the difference of the two.
-      const auto seen_at = Project(features_.X_WC.inverse() * p_WMarker_[i]);
-      if (seen_at && seen_before) {
-        const Vector2d offset = measured->pixel - Pixel(camera, seen_at->n);
-        // What the estimate has moved by is no longer an offset.
-        const Vector2d before =
-            goal_offset_[i] - (Pixel(camera, seen_at->n) - Pixel(camera, seen_before->n));
-        goal_offset_[i] = last_seen ? Averaged(before, offset, age, time) : offset;
-        last_seen = features_.exposure;
-      }
-    } else if (needed_[i] && age >= kGoalMemory) {
+      UseGoalImage(i, measured->pixel, time);
+    } else if (needed_[i] && (!goal_last_seen_[i] ||
+                              Age(features_.exposure, *goal_last_seen_[i]) >= kGoalMemory)) {
       ++goals_lost_;
     }
   }
+  X_WC_image_ = features_.X_WC;
   image_is_new_ = false;
+}
+
+void Servo::UseGoalImage(std::size_t i, const Vector2d& measured, double time) noexcept {
+  const CameraModel& camera = task_.view.camera;
+  const Isometry3d X_CW = features_.X_WC.inverse();
+  const bool moves = task_.goal.max_speed > 0.0;
+  const auto seen_before = Project(X_CW * p_WMarker_[i]);
+  Vector2d place = Normalised(camera, measured);
+  if (moves) {
+    // What the camera's motion alone would have done to it since.
+    ImageTrack& track = goal_tracks_[i];
+    const auto before = Project(X_WC_image_.inverse() * p_WMarker_[i]);
+    const bool known = before && seen_before && track.last();
+    track.Update(features_.exposure, place,
+                 known ? Vector2d(seen_before->n - before->n) : Vector2d(0.0, 0.0));
+    place = track.place();
+    goal_[i].Drift(task_.goal.max_speed * kDriftTime);
+  }
+  if (moves || NewView(i)) goal_[i].Update(camera, features_.X_WC, measured, GoalSigma());
+  PlaceGoalMarker(i);
+  // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
+  // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
+  const auto seen_at = Project(X_CW * p_WMarker_[i]);
+  if (!seen_at || !seen_before) return;
+  const Vector2d offset = place - seen_at->n;
+  // What the estimate has moved by is no longer an offset.
+  const Vector2d before = goal_offset_[i] - (seen_at->n - seen_before->n);
+  std::optional<Time>& last_seen = goal_last_seen_[i];
+  goal_offset_[i] = last_seen && !moves
+                        ? Averaged(before, offset, Age(features_.exposure, *last_seen), time,
+                                   kOffsetJump / camera.fx)
+                        : offset;
+  last_seen = features_.exposure;
 }
 
 // True when the camera looks at a goal's marker from elsewhere than last time.
@@ -299,12 +349,13 @@ void Servo::PlaceGoalMarker(std::size_t marker) noexcept {
   const Vector3d& offset_W = task_.goal.offset_W;
   const Vector3d sight = p_WG - features_.X_WC.translation();
   const Vector3d ray = sight.normalized();
-  const double across = goal_offset_[marker].norm() / task_.view.camera.fx * sight.norm();
+  const double across = goal_offset_[marker].norm() * sight.norm();
   const double estimate = ray.dot(goal_[marker].covariance() * ray) +
                           std::pow(std::hypot(kEstimateFloor, kDepthFactor * across), 2);
   const double arrival = std::pow(std::hypot(kArrivalSigma, kArrivalLever * offset_W.norm()), 2);
   double& weight = arrival_weight_[marker];
-  weight += kArrivalBlend * ((arrived_ ? estimate / (estimate + arrival) : 0.0) - weight);
+  const bool at_rest = arrived_ && !(task_.goal.max_speed > 0.0);
+  weight += kArrivalBlend * ((at_rest ? estimate / (estimate + arrival) : 0.0) - weight);
   const Vector3d arrived = kinematics_.X_WE * task_.view.markers[marker].p - offset_W;
   p_WMarker_[marker] = p_WG + weight * ray.dot(arrived - p_WG) * ray;
 }
@@ -318,25 +369,34 @@ bool Servo::Carried(std::size_t marker) const noexcept {
          Age(features_.exposure, *last_seen_[marker]) <= options_.staleness.marker;
 }
 
-HoldReason Servo::PredictRows() noexcept {
+HoldReason Servo::PredictRows(Time now) noexcept {
   const CameraModel& camera = task_.view.camera;
   const Isometry3d X_CW = X_WC_.inverse();
   const Isometry3d X_CE = X_CW * kinematics_.X_WE;
   bool behind = false;
+  // Without compensation the image's own time is taken for the present.
+  const double image_age = options_.latency_compensation ? Age(now, features_.exposure) : 0.0;
   for (std::size_t i = 0; i < current_.size(); ++i) {
-    const auto now = Project(X_CE * task_.view.markers[i].p);
+    const auto here = Project(X_CE * task_.view.markers[i].p);
     const auto goal = Project(X_CW * (p_WMarker_[i] + task_.goal.offset_W));
-    if (needed_[i] && (!now || !goal)) behind = true;
-    const bool usable = Carried(i) && now && goal;
+    if (needed_[i] && (!here || !goal)) behind = true;
+    const bool usable = Carried(i) && here && goal;
     current_[i].visible = wanted_[i].visible = usable;
     if (!usable) continue;
-    current_[i].image = {Normalised(camera, Pixel(camera, now->n) + offset_[i]), now->depth};
-    wanted_[i].image = {Normalised(camera, Pixel(camera, goal->n) + goal_offset_[i]), goal->depth};
+    const Vector2d seen = options_.latency_compensation ? here->n + offset_[i] : seen_at_[i];
+    current_[i].image = {seen, here->depth};
+    wanted_[i].image = {goal->n + goal_offset_[i] + image_age * goal_tracks_[i].rate(),
+                        goal->depth};
     // The goal's points stand in the world; the end effector's are on the body.
     wanted_[i].on_body = false;
   }
-  task_.view.features.Evaluate(camera, current_, &current_rows_);
-  task_.view.features.Evaluate(camera, wanted_, &goal_rows_);
+  task_.view.features.Evaluate(camera, current_, &current_rows_, options_.interaction);
+  // Of the goals' matrices only the flow under the camera's motion is made.
+  if (camera_moves_) {
+    task_.view.features.Evaluate(camera, wanted_, &goal_rows_, options_.interaction);
+  } else {
+    task_.view.features.EvaluateValues(camera, wanted_, &goal_rows_);
+  }
   KeepCommonRows(&current_rows_, &goal_rows_);
   if (current_rows_.size() < RowsNeeded()) {
     return behind ? HoldReason::kPointBehindCamera : HoldReason::kTooFewFeatures;
@@ -367,10 +427,13 @@ bool Servo::PredictPathRows() noexcept {
     const Vector2d goal_correction = PathCorrection(i);
     const Vector2d correction =
         (1.0 - reference_.share) * offset_[i] + reference_.share * goal_correction;
-    ahead_[i].image = {Normalised(view.camera, Pixel(view.camera, ahead->n) + correction),
-                       ahead->depth};
+    ahead_[i].image = {ahead->n + correction, ahead->depth};
   }
-  view.features.Evaluate(view.camera, ahead_, &path_rows_);
+  if (camera_moves_) {
+    view.features.Evaluate(view.camera, ahead_, &path_rows_, options_.interaction);
+  } else {
+    view.features.EvaluateValues(view.camera, ahead_, &path_rows_);
+  }
   return path_rows_.size() == current_rows_.size();
 }
 
@@ -394,14 +457,13 @@ Vector2d Servo::PathCorrection(std::size_t marker) const noexcept {
   const Isometry3d X_CW = X_WC_.inverse();
   const auto modelled = Project(X_CW * (X_WE_goal_ * task_.view.markers[marker].p));
   if (!modelled || !wanted_[marker].visible) return offset_[marker];
-  const CameraModel& camera = task_.view.camera;
-  return Pixel(camera, wanted_[marker].image.n) - Pixel(camera, modelled->n);
+  return wanted_[marker].image.n - modelled->n;
 }
 
-HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
-  const FeatureJacobian J_v =
-      ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
-  const TaskJacobian J_c = J_v * kinematics_.J_WE_W;
+HoldReason Servo::Control(Time now) noexcept {
+  output_.J_v = ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
+  output_.J_r = kinematics_.J_WE_W;
+  const TaskJacobian J_c = output_.J_v.lazyProduct(output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
   const SingularSystem system = Decompose(J_c);
   if (system.measure.status != MeasureStatus::kOk || !output_.error.allFinite()) {
@@ -409,20 +471,23 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   }
   output_.status.error_px =
       std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
-  ReportMeasures(J_v, system);
+  ReportMeasures(system);
 
   const FeatureRows& target = PredictPathRows() ? path_rows_ : goal_rows_;
-  const FeatureVector error = FeatureError(task_.view.features, current_rows_, target);
-  // Flow of the error under the camera's own motion: that of the features less that of their goals.
-  FeatureVector e_rate = (current_rows_.L - target.L) * V_WC_C;
-  VelocityBounds bounds = ComputeVelocityBounds(limits_, q_, qdot_, dt_);
+  const double effort = StartEffort(now);
+  ServoDemand demand{FeatureError(task_.view.features, current_rows_, target), ErrorRate(target),
+                     effort, SelfMotion()};
+  // What the arm was told and has not done yet, it still will.
+  const JointVector& q_told = output_.command.q;
+  VelocityBounds bounds =
+      ComputeVelocityBounds(limits_, q_.cwiseMin(q_told), q_.cwiseMax(q_told), qdot_, dt_);
   // What the image does not show, the model decides: damping pulls towards the way to the goal's joints,
   // not towards rest.
-  const JointVector qdot_path = options_.law.gain_at_infinity * reference_.step;
-  e_rate += J_c * qdot_path;
+  const JointVector qdot_path = effort * options_.law.gain_at_infinity * reference_.step;
+  demand.e_rate += J_c.lazyProduct(qdot_path);
   bounds.lower -= qdot_path;
   bounds.upper -= qdot_path;
-  ServoLawResult law = ServoLaw(LawHere(), error, J_c, system, e_rate, bounds);
+  ServoLawResult law = ServoLaw(LawHere(), demand, J_c, system, bounds);
   if (!law.finite) return HoldReason::kNotFinite;
   law.qdot += qdot_path;
   const bool wait = options_.hold_while_camera_moves && active_.state == ActiveState::kMoving;
@@ -430,30 +495,60 @@ HoldReason Servo::Control(Time now, const Twist& V_WC_C) noexcept {
   return HoldReason::kNone;
 }
 
-void Servo::ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept {
+// Rate of the error that the joints do not cause: the flow under the camera's motion, of the features less
+// of their goals, and the goals' own motion.
+FeatureVector Servo::ErrorRate(const FeatureRows& target) noexcept {
+  FeatureVector rate = FeatureVector::Zero(current_rows_.size());
+  if (camera_moves_) rate = (current_rows_.L - target.L).lazyProduct(V_WC_C_);
+  if (!(task_.goal.max_speed > 0.0)) return rate;
+  wanted_soon_ = wanted_;
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
+    wanted_soon_[i].image.n += kSoon * goal_tracks_[i].rate();
+  }
+  task_.view.features.EvaluateValues(task_.view.camera, wanted_soon_, &soon_rows_);
+  if (soon_rows_.size() != goal_rows_.size()) return rate;
+  // A reference on the way moves with the goal by its share of the way.
+  return rate -
+         (reference_.share / kSoon) * FeatureError(task_.view.features, soon_rows_, goal_rows_);
+}
+
+// Where the features leave the joints freedom: away from the limits, and up the gradient of log w_c.
+JointVector Servo::SelfMotion() const noexcept {
+  const int n = task_.view.arm.size();
+  if (RowsNeeded() >= n) return JointVector();
+  const ServoLawOptions& law = options_.law;
+  return LimitAvoidance(limits_, q_, law.self_motion) +
+         CompositeAscent(law, limits_, active_.log_w_gradient);
+}
+
+double Servo::StartEffort(Time now) noexcept {
+  if (!moving_since_) moving_since_ = now;
+  const double start_time = options_.law.start_time;
+  if (!(start_time > 0.0)) return 1.0;
+  return -std::expm1(-(Age(now, *moving_since_) + dt_) / start_time);
+}
+
+void Servo::ReportMeasures(const SingularSystem& system) noexcept {
   const ViewModel& view = task_.view;
-  const ArmJacobian& J_r = kinematics_.J_WE_W;
-  const Measure observability = MeasureOf(J_v);
-  const Measure manipulability = MeasureOf(J_r);
+  const ArmJacobian& J_r = output_.J_r;
+  const Volume manipulability = VolumeOf(J_r);
   ObservabilityReport& report = output_.observability;
-  report.k = static_cast<int>(J_v.rows());
+  report.k = static_cast<int>(output_.J_v.rows());
   report.n = static_cast<int>(J_r.cols());
   report.composite = system.measure;
   report.axes = system.axes;
-  report.w_v = observability.w;
+  report.w_v = ObservabilityOf(output_.J_v, system.measure, manipulability);
   report.w_r = manipulability.w;
   report.w_c = system.measure.w;
-  report.sigma_min_v = observability.sigma_min;
-  report.sigma_min_r = manipulability.sigma_min;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
-    point_jacobians_[i] = PointJacobianOf(J_r, kinematics_.X_WE.linear() * view.markers[i].p);
+    p_EM_W_[i] = kinematics_.X_WE.linear() * view.markers[i].p;
   }
-  report.mm_per_px = WorstMillimetresPerPixel(system, point_jacobians_);
+  report.mm_per_px = WorstMillimetresPerPixel(system, J_r, p_EM_W_);
   remaining_mm_ = RemainingMillimetres(system);
   report.trigger_measure = trigger_.measure;
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
-  report.cause = DiagnoseLowMeasure(system, manipulability, J_r, RowsNeeded(),
+  report.cause = DiagnoseLowMeasure(system, manipulability.rank, J_r, RowsNeeded(),
                                     report.trigger_value < trigger_.threshold);
 }
 
@@ -465,8 +560,11 @@ double Servo::RemainingMillimetres(const SingularSystem& system) const noexcept 
     const double sigma = system.measure.sigma(i);
     dq += system.directions.col(i) * (system.axes.col(i).dot(output_.error) / (sigma * sigma));
   }
+  const Twist V_WE_W = output_.J_r.lazyProduct(dq);
   double worst = 0.0;
-  for (const PointJacobian& J : point_jacobians_) worst = std::max(worst, (J * dq).norm());
+  for (const Vector3d& p_EM_W : p_EM_W_) {
+    worst = std::max(worst, (V_WE_W.head<3>() + V_WE_W.tail<3>().cross(p_EM_W)).norm());
+  }
   return 1e3 * worst;
 }
 
@@ -509,6 +607,10 @@ void Servo::JudgeProgress(Time now) noexcept {
     output_.status.state = ServoState::kConverged;
   } else {
     output_.status.state = moving ? ServoState::kRepositioning : ServoState::kServoing;
+    if (stands && error > goal.tolerance_px && !moving) {
+      output_.status.reason = WhyStanding();
+      if (output_.status.reason != HoldReason::kNone) output_.status.state = ServoState::kHolding;
+    }
   }
 }
 
@@ -522,6 +624,33 @@ void Servo::Command(Time now, const JointVector& qdot) noexcept {
                           : JointVector(output_.command.q + dt_ * qdot);
 }
 
+bool Servo::ArmFollows() noexcept {
+  const JointVector& q = joints_.newest();
+  // At rest it may be moved by hand, or be another one after a restart.
+  if (qdot_.isZero(0.0)) output_.command.q = q;
+  for (int i = 0; i < q.size(); ++i) {
+    const double lead = std::abs(output_.command.q(i) - q(i));
+    if (lead > kMaxLead * task_.view.arm.limits()[static_cast<std::size_t>(i)].velocity)
+      return false;
+  }
+  return true;
+}
+
+// Why an arm that no longer gets nearer stands, if it does.
+HoldReason Servo::WhyStanding() const noexcept {
+  const auto& limits = task_.view.arm.limits();
+  bool at_limit = false;
+  for (int i = 0; i < qdot_.size(); ++i) {
+    const JointLimits& limit = limits[static_cast<std::size_t>(i)];
+    if (std::abs(qdot_(i)) > kStands * limit.velocity) return HoldReason::kNone;
+    const double room = std::min(q_(i) - limit.lower, limit.upper - q_(i));
+    at_limit = at_limit || room < kAtLimit * (limit.upper - limit.lower);
+  }
+  if (at_limit) return HoldReason::kJointLimit;
+  return output_.observability.cause == LowCause::kArm ? HoldReason::kArmSingular
+                                                       : HoldReason::kNone;
+}
+
 const ServoOutput& Servo::Step(Time now) noexcept {
   ServoStatus& status = output_.status;
   const ServoState before = status.state;
@@ -533,27 +662,35 @@ const ServoOutput& Servo::Step(Time now) noexcept {
                              : std::clamp(Age(now, last_step_), 0.0, options_.period);
   last_step_ = now;
 
+  if (!enabled_) fault_ = false;
   HoldReason reason = enabled_ ? CheckInputs(now) : HoldReason::kOperator;
+  if (reason == HoldReason::kNone && (fault_ || !ArmFollows())) {
+    fault_ = true;
+    reason = HoldReason::kArmNotFollowing;
+  }
   if (reason == HoldReason::kNone) {
+    camera_moves_ = !V_WC_C_.isZero(0.0);
     if (image_is_new_) UseImage();
-    const Twist V_WC_C = CameraTwist();
-    PredictState(now, V_WC_C);
+    PredictState(now);
     snapshot_.valid = true;
-    reason = PredictRows();
-    if (reason == HoldReason::kNone) reason = Control(now, V_WC_C);
+    reason = PredictRows(now);
+    if (reason == HoldReason::kNone) reason = Control(now);
   }
   if (reason == HoldReason::kNone) {
     JudgeProgress(now);
   } else {
     Command(now, RampToRest(limits_, qdot_, dt_));
+    moving_since_.reset();
     below_since_.reset();
     best_since_.reset();
     stalled_ = false;
     arrived_ = false;
     status.reason = reason;
     const bool waiting = before == ServoState::kIdle || before == ServoState::kAcquiring;
-    status.state =
-        !enabled_ ? ServoState::kIdle : (waiting ? ServoState::kAcquiring : ServoState::kHolding);
+    status.state = !enabled_ ? ServoState::kIdle
+                   : fault_  ? ServoState::kFault
+                   : waiting ? ServoState::kAcquiring
+                             : ServoState::kHolding;
     const bool moved = before == ServoState::kServoing || before == ServoState::kRepositioning ||
                        before == ServoState::kConverged;
     if (moved) ++status.stops;

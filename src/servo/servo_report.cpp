@@ -2,6 +2,12 @@
 
 namespace vantage {
 
+void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
+                    ObservabilityReport* report) noexcept {
+  report->sigma_min_v = MeasureOf(J_v).sigma_min;
+  report->sigma_min_r = MeasureOf(J_r).sigma_min;
+}
+
 const char* Name(ServoState state) noexcept {
   switch (state) {
     case ServoState::kIdle:
@@ -50,6 +56,8 @@ const char* Name(HoldReason reason) noexcept {
       return "JOINT_LIMIT";
     case HoldReason::kOperator:
       return "OPERATOR";
+    case HoldReason::kArmNotFollowing:
+      return "ARM_NOT_FOLLOWING";
   }
   return "UNKNOWN";
 }

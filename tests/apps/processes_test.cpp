@@ -3,6 +3,8 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <sstream>
@@ -63,6 +65,7 @@ class Cell {
     options.output = "/dev/null";
     return ChildProcess(options);
   }
+  [[nodiscard]] std::string url() const { return hub_.url(); }
   [[nodiscard]] ChildProcess StartSim() const {
     return Start("vantage-sim", {"planar-good-view", "--image-rate", "0"});
   }
@@ -137,6 +140,85 @@ TEST(Processes, ARestartedServoGoesOn) {
   ASSERT_TRUE(Eventually([&] { return servo->Poll().has_value(); }));
   servo = std::make_unique<ChildProcess>(cell.StartServo());
   EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_EQ(cell.truth()->limit_violations, 0);
+}
+
+// Ten times the traffic, half of it garbage, on every channel that the servo reads, while it works: it goes on,
+// counts what it refuses, and no command leaves the limits.
+TEST(Processes, AFloodOfGoodAndBadMessagesDoesNotDisturbTheServo) {
+  Cell cell;
+  ChildProcess sim = cell.StartSim();
+  ChildProcess servo = cell.StartServo();
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  LcmLink flood({cell.url(), ""});
+  flood.Start();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  JointState joints;
+  joints.q = joints.qdot = JointVector::Constant(2, nan);
+  CameraPose pose;
+  ImageFeatures features;
+  const Time end = Clock::now() + seconds(2);
+  int sent = 0;
+  while (Clock::now() < end) {
+    joints.stamp = pose.stamp = features.stamp = features.exposure = Clock::now();
+    switch (++sent % 4) {
+      case 0:
+        flood.Publish(kJointStateChannel, joints);
+        break;
+      case 1:
+        pose.X_WC.translation().x() = nan;
+        flood.Publish(kCameraPoseChannel, pose);
+        break;
+      case 2:
+        features.exposure += seconds(1000);
+        features.stamp = features.exposure;
+        flood.Publish(kImageFeaturesChannel, features);
+        break;
+      default:
+        flood.PublishBytes(kJointStateChannel, Bytes(100, 0xff));
+    }
+    if (sent % 5 == 0) std::this_thread::sleep_for(milliseconds(1));  // 5000 a second
+  }
+  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_GT(cell.status()->refused_messages, sent / 2);
+  EXPECT_EQ(cell.status()->stops, 0);
+  EXPECT_EQ(cell.truth()->limit_violations, 0);
+}
+
+// A logger that is stopped (a full disk, a debugger): the hub and the servo do not wait for it.
+TEST(Processes, ASubscriberThatDoesNotReadStopsNobody) {
+  Cell cell;
+  ChildOptions options;
+  options.arguments = {"lcm-logger", "--lcm-url=" + cell.url(), "--force", "/dev/null"};
+  options.output = "/dev/null";
+  ChildProcess logger(options);
+  ChildProcess sim = cell.Start("vantage-sim", {"planar-good-view", "--image-rate", "30"});
+  ChildProcess servo = cell.StartServo();
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  ASSERT_TRUE(logger.Signal(SIGSTOP));
+  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_EQ(cell.status()->stops, 0);
+  EXPECT_EQ(cell.truth()->limit_violations, 0);
+  ASSERT_TRUE(logger.Signal(SIGKILL));
+}
+
+// The worked example in the place of the simulated arm: converges, and its death is noticed.
+TEST(Processes, AnArmOfItsOwnProgramIsServoedAndMissedWhenItDies) {
+  Cell cell;
+  const auto arm = [&] { return cell.Start("velocity_arm", {"--joints", "1.2217", "0.5236"}); };
+  auto velocity_arm = std::make_unique<ChildProcess>(arm());
+  ChildProcess sim =
+      cell.Start("vantage-sim", {"planar-good-view", "--image-rate", "0", "--arm", "external"});
+  ChildProcess servo = cell.StartServo();
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  velocity_arm->Signal(SIGKILL);
+  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kHolding); }));
+  EXPECT_EQ(cell.status()->reason, HoldReason::kStaleJointState) << Name(cell.status()->reason);
+  ASSERT_TRUE(Eventually([&] { return velocity_arm->Poll().has_value(); }));
+  velocity_arm = std::make_unique<ChildProcess>(arm());
+  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  ASSERT_TRUE(cell.truth().has_value());
+  EXPECT_LT(cell.truth()->worst_error, 0.005);
   EXPECT_EQ(cell.truth()->limit_violations, 0);
 }
 

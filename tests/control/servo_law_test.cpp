@@ -46,7 +46,7 @@ FeatureVector RandomError(int k, std::mt19937* random) {
 
 ServoLawResult Law(const ServoLawOptions& options, const FeatureVector& e, const TaskJacobian& J,
                    const FeatureVector& e_rate, const VelocityBounds& bounds) {
-  return ServoLaw(options, e, J, Decompose(J), e_rate, bounds);
+  return ServoLaw(options, ServoDemand{e, e_rate}, J, Decompose(J), bounds);
 }
 
 ServoLawOptions Undamped() {
@@ -146,6 +146,133 @@ TEST(ServoLaw, DoesNotAllocate) {
   EXPECT_TRUE(result.finite);
 }
 
+// Well seen directions keep their exact inverse however badly another is seen.
+TEST(ServoLaw, DampsOnlyWhatIsSeenBadly) {
+  TaskJacobian J(3, 3);
+  J << 300.0, 0.0, 0.0, 0.0, 100.0, 0.0, 0.0, 0.0, 1.0;
+  const FeatureVector e = FeatureVector::Constant(3, 30.0);
+  ServoLawOptions options;
+  options.max_error_rate = 1e9;
+  const ServoLawResult result = Law(options, e, J, FeatureVector::Zero(3), Wide(3));
+  EXPECT_NEAR(result.qdot(0), -result.lambda * 30.0 / 300.0, 1e-12);
+  EXPECT_NEAR(result.qdot(1), -result.lambda * 30.0 / 100.0, 1e-12);
+  const double ratio = 1.0 / options.damping_onset;
+  const double mu2 = options.damping * options.damping * (1.0 - ratio * ratio);
+  EXPECT_NEAR(result.qdot(2), -result.lambda * 30.0 / (1.0 + mu2), 1e-9);
+  EXPECT_NEAR(result.damping, std::sqrt(mu2), 1e-12);
+}
+
+// While no bound is active the image error goes straight to zero: its direction is kept.
+TEST(ServoLaw, KeepsTheDirectionInTheImageWhereNoLimitBinds) {
+  std::mt19937 random(12);
+  for (int i = 0; i < 100; ++i) {
+    const TaskJacobian J = RandomJacobian(6, 6, &random);
+    const FeatureVector e = RandomError(6, &random);
+    const ServoLawResult result = Law(Undamped(), e, J, FeatureVector::Zero(6), Wide(6));
+    EXPECT_TRUE(test::Near(J * result.qdot, -result.lambda * e, 1e-6 * e.norm()));
+  }
+}
+
+// What the features leave free follows the self-motion, and the features do not notice.
+TEST(ServoLaw, SelfMotionStaysWhereTheFeaturesDoNotSeeIt) {
+  std::mt19937 random(13);
+  std::normal_distribution<double> normal(0.0, 0.1);
+  for (const auto& [k, n] : {std::pair{8, 7}, {3, 6}, {2, 7}}) {
+    for (int i = 0; i < 50; ++i) {
+      const TaskJacobian J = RandomJacobian(k, n, &random);
+      ServoDemand demand{RandomError(k, &random), FeatureVector::Zero(k)};
+      const SingularSystem system = Decompose(J);
+      const ServoLawResult still = ServoLaw(Undamped(), demand, J, system, Wide(n));
+      demand.self_motion = JointVector(n);
+      for (int j = 0; j < n; ++j) demand.self_motion(j) = normal(random);
+      const ServoLawResult moved = ServoLaw(Undamped(), demand, J, system, Wide(n));
+      const JointVector difference = moved.qdot - still.qdot;
+      EXPECT_TRUE(test::Near(J * difference, FeatureVector::Zero(k), 1e-7));
+      // It is the projection of what was wanted.
+      EXPECT_NEAR(difference.dot(demand.self_motion), difference.squaredNorm(), 1e-9);
+      EXPECT_GT(difference.norm(), 0.0);
+      // With bounds of no effect the solver for the box agrees, to its trace of damping.
+      VelocityBounds bounds = Wide(n);
+      bounds.upper(0) = moved.qdot(0) + 1e-9;
+      bounds.lower(0) = moved.qdot(0) + 0.5e-9;
+      const ServoLawResult bounded = ServoLaw(Undamped(), demand, J, system, bounds);
+      EXPECT_TRUE(test::Near(bounded.qdot, moved.qdot, 1e-3 * (1.0 + moved.qdot.norm())));
+    }
+  }
+}
+
+TEST(ServoLaw, EffortScalesTheGainAlone) {
+  std::mt19937 random(14);
+  const TaskJacobian J = RandomJacobian(6, 6, &random);
+  const FeatureVector e = RandomError(6, &random);
+  const FeatureVector rate = RandomError(6, &random);
+  const auto at = [&](double effort) {
+    return ServoLaw(Undamped(), {e, rate, effort}, J, Decompose(J), Wide(6)).qdot;
+  };
+  EXPECT_TRUE(test::Near(J * at(0.0), -rate, 1e-7));
+  EXPECT_TRUE(test::Near(at(0.5), JointVector(0.5 * (at(0.0) + at(1.0))), 1e-9));
+}
+
+TEST(LimitAvoidance, LeavesTheMiddleAloneAndPushesFromBothEnds) {
+  const auto limits = Limits(5);
+  JointVector q(5);
+  q << -2.0, -1.3, 0.0, 1.7, 2.0;
+  const JointVector velocity = LimitAvoidance(limits, q, 0.2);
+  EXPECT_NEAR(velocity(0), 0.2 * 1.5, 1e-12);
+  EXPECT_EQ(velocity(1), 0.0);
+  EXPECT_EQ(velocity(2), 0.0);
+  EXPECT_NEAR(velocity(3), -0.2 * 1.5 * 0.5, 1e-12);
+  EXPECT_NEAR(velocity(4), -0.2 * 1.5, 1e-12);
+}
+
+TEST(CompositeAscent, GoesUpTheGradientWithinItsShare) {
+  const auto limits = Limits(2);
+  ServoLawOptions options;
+  options.ascent_gain = 0.1;
+  JointVector gradient(2);
+  gradient << 1.0, -2.0;
+  EXPECT_TRUE(test::Near(CompositeAscent(options, limits, gradient), 0.1 * gradient, 1e-15));
+  const JointVector steep = CompositeAscent(options, limits, 100.0 * gradient);
+  EXPECT_NEAR(steep(1), -options.self_motion * 1.5, 1e-12);
+  EXPECT_NEAR(steep(0), 0.5 * options.self_motion * 1.5, 1e-12);
+  gradient(0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(CompositeAscent(options, limits, gradient).isZero(0.0));
+  EXPECT_TRUE(CompositeAscent(options, limits, JointVector()).isZero(0.0));
+}
+
+// Random demands over long runs of an arm that lags behind its commands: no command and no joint ever
+// leaves its limits, though all of them are reached.
+TEST(VelocityBounds, HoldForALaggingArmThatIsAskedForAnything) {
+  std::mt19937 random(15);
+  std::normal_distribution<double> normal(0.0, 3.0);
+  std::uniform_real_distribution<double> late(0.2, 1.0);
+  const auto limits = Limits(3, 1.5, 6.0);
+  constexpr double kLag = 0.03;
+  JointVector q = JointVector::Zero(3), told = q, qdot = q, moving = q, wish = q;
+  double reached = 0.0, fastest = 0.0;
+  for (int i = 0; i < 200000; ++i) {
+    if (i % 700 == 0) wish = wish.unaryExpr([&](double) { return normal(random); });
+    // A period after a late one is short.
+    const double dt = i % 50 == 0 ? late(random) * kPeriod : kPeriod;
+    const VelocityBounds bounds =
+        ComputeVelocityBounds(limits, q.cwiseMin(told), q.cwiseMax(told), qdot, dt);
+    const JointVector next = wish.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
+    ASSERT_LE((next - qdot).lpNorm<Eigen::Infinity>(), 6.0 * dt + 1e-12);
+    ASSERT_LE(next.lpNorm<Eigen::Infinity>(), 1.5 + 1e-12);
+    qdot = next;
+    told += dt * qdot;
+    // The lag's exact solution over the period.
+    const double caught_up = 1.0 - std::exp(-dt / kLag);
+    q += dt * qdot + kLag * caught_up * (moving - qdot);
+    moving += caught_up * (qdot - moving);
+    ASSERT_LE(q.lpNorm<Eigen::Infinity>(), 2.0 + 1e-9);
+    reached = std::max(reached, q.lpNorm<Eigen::Infinity>());
+    fastest = std::max(fastest, moving.lpNorm<Eigen::Infinity>());
+  }
+  EXPECT_GT(reached, 1.98);
+  EXPECT_GT(fastest, 1.49);
+}
+
 // Whatever is asked for within the bounds, period after period, no limit is ever passed.
 TEST(VelocityBounds, RandomMotionNeverLeavesTheLimits) {
   std::mt19937 random(5);
@@ -158,7 +285,7 @@ TEST(VelocityBounds, RandomMotionNeverLeavesTheLimits) {
     double reached = 0.0;
     for (int i = 0; i < 60000; ++i) {
       if (i % 3000 == 0) wish = uniform(random) < 0.5 ? -1.0 : 1.0;
-      const VelocityBounds bounds = ComputeVelocityBounds(limits, q, qdot, kPeriod);
+      const VelocityBounds bounds = ComputeVelocityBounds(limits, q, q, qdot, kPeriod);
       ASSERT_LE(bounds.lower(0), bounds.upper(0));
       const double next = wish > 0 ? bounds.upper(0) : bounds.lower(0);
       ASSERT_LE(std::abs(next), 1.5 + 1e-12);
@@ -177,7 +304,7 @@ TEST(VelocityBounds, OutsideTheRangeAJointMayOnlyComeBack) {
   const JointVector q = JointVector::Constant(1, 2.1);
   JointVector qdot = JointVector::Zero(1);
   for (int i = 0; i < 2000; ++i) {
-    const VelocityBounds bounds = ComputeVelocityBounds(limits, q, qdot, kPeriod);
+    const VelocityBounds bounds = ComputeVelocityBounds(limits, q, q, qdot, kPeriod);
     EXPECT_LE(bounds.upper(0), 1e-12);
     qdot = bounds.upper;
   }

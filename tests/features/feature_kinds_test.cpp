@@ -269,6 +269,14 @@ TEST_P(EveryKind, ClosedFormAgreesWithViSP) {
     const FeatureRows rows = Evaluate(FeatureSet({feature}, kPoints), views, camera);
     EXPECT_EQ(rows.s(0), by_pixel.value + PrincipalPointShare(feature, camera));
     EXPECT_TRUE(test::Near(rows.L.row(0), L.transpose(), 1e-10 * L.cwiseAbs().maxCoeff()));
+
+    FeatureRows closed, values;
+    FeatureSet({feature}, kPoints).Evaluate(camera, views, &closed, InteractionSource::kClosedForm);
+    EXPECT_EQ(closed.s(0), rows.s(0));
+    EXPECT_TRUE(test::Near(closed.L, rows.L, 1e-10 * L.cwiseAbs().maxCoeff()));
+    EXPECT_TRUE(test::Near(closed.L_body, rows.L_body, 1e-10 * L.cwiseAbs().maxCoeff()));
+    FeatureSet({feature}, kPoints).EvaluateValues(camera, views, &values);
+    EXPECT_EQ(values.s(0), rows.s(0));
   }
 }
 

@@ -350,6 +350,9 @@ TEST(FeatureSet, AllocatesInViSPAlone) {
   }
   const FeatureRows goal = rows;
   const test::AllocationGuard guard;
+  set.Evaluate(SkewedCamera(), views, &rows, InteractionSource::kClosedForm);
+  set.EvaluateValues(SkewedCamera(), views, &rows);
+  rows = goal;
   const FeatureJacobian J_v = ImageJacobian(rows.L_body, Isometry3d::Identity(), Vector3d::Zero());
   const FeatureVector error = FeatureError(set, rows, goal);
   EXPECT_EQ(guard.count(), 0);

@@ -201,6 +201,11 @@ TEST(RoundTrip, ServoStatus) {
   EXPECT_EQ(got.markers_needed, sent.markers_needed);
   EXPECT_EQ(got.loop_time_us, sent.loop_time_us);
   EXPECT_EQ(got.loop_time_max_us, sent.loop_time_max_us);
+  EXPECT_EQ(got.loop_time_p50_us, sent.loop_time_p50_us);
+  EXPECT_EQ(got.loop_time_p99_us, sent.loop_time_p99_us);
+  EXPECT_EQ(got.loop_time_p999_us, sent.loop_time_p999_us);
+  EXPECT_EQ(got.lateness_p999_us, sent.lateness_p999_us);
+  EXPECT_EQ(got.lateness_max_us, sent.lateness_max_us);
   EXPECT_EQ(got.deadline_misses, sent.deadline_misses);
   EXPECT_EQ(got.refused_messages, sent.refused_messages);
   EXPECT_EQ(got.dropped_messages, sent.dropped_messages);
@@ -623,7 +628,10 @@ TEST(ServoStatusRefusals, OneByOne) {
   const auto changed = [](const std::function<void(Wire*)>& change) {
     return Changed<Wire>(Sample<ServoStatus>(), change);
   };
-  for (double Wire::*member : {&Wire::error_px, &Wire::loop_time_us, &Wire::loop_time_max_us}) {
+  for (double Wire::*member :
+       {&Wire::error_px, &Wire::loop_time_us, &Wire::loop_time_max_us, &Wire::loop_time_p50_us,
+        &Wire::loop_time_p99_us, &Wire::loop_time_p999_us, &Wire::lateness_p999_us,
+        &Wire::lateness_max_us}) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = kNaN; }), Refusal::kNotFinite);
   }
   for (std::int32_t Wire::*member : {&Wire::state, &Wire::reason}) {

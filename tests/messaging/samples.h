@@ -95,6 +95,11 @@ inline ServoStatus SampleServoStatus() {
   value.markers_needed = 4;
   value.loop_time_us = 6.25;
   value.loop_time_max_us = 31.5;
+  value.loop_time_p50_us = 5.5;
+  value.loop_time_p99_us = 7.25;
+  value.loop_time_p999_us = 9.75;
+  value.lateness_p999_us = 41.0;
+  value.lateness_max_us = 55.5;
   value.deadline_misses = 1;
   value.refused_messages = 2;
   value.dropped_messages = 3;

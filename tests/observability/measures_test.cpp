@@ -399,7 +399,7 @@ PlanarView PlanarCase(double elbow, double tilt) {
 
 LowCause Cause(const PlanarView& view, int rows_needed, bool low) {
   const MatrixXd J_c = view.J_v * view.J_r;
-  return DiagnoseLowMeasure(Decompose(J_c), MeasureOf(view.J_r), view.J_r, rows_needed, low);
+  return DiagnoseLowMeasure(Decompose(J_c), MeasureOf(view.J_r).rank, view.J_r, rows_needed, low);
 }
 
 TEST(DiagnoseLowMeasure, FindsTheCause) {
@@ -423,7 +423,7 @@ TEST(DiagnoseLowMeasure, BlamesTheArmForWhatItCannotDo) {
 TEST(DiagnoseLowMeasure, NothingSeenIsForWantOfFeatures) {
   const PlanarView view = PlanarCase(1.2, 0.0);
   const SingularSystem nothing = Decompose(MatrixXd(0, 2));
-  EXPECT_EQ(DiagnoseLowMeasure(nothing, MeasureOf(view.J_r), view.J_r, 0, true),
+  EXPECT_EQ(DiagnoseLowMeasure(nothing, MeasureOf(view.J_r).rank, view.J_r, 0, true),
             LowCause::kFeatures);
 }
 
@@ -473,6 +473,58 @@ TEST(WorstMillimetresPerPixel, UnboundedWhereAPointMovesUnseen) {
   EXPECT_EQ(WorstMillimetresPerPixel(Decompose(J_c), {}), 0.0);
 }
 
+// Of points on one body both ways give the same, with unseen motions and without.
+TEST(WorstMillimetresPerPixel, OfOneBodyIsThatOfItsPoints) {
+  std::mt19937 random(44);
+  for (int n = 1; n <= 8; ++n) {
+    for (const int k : {3, 8}) {
+      const ArmJacobian J_r = RandomMatrix(&random, 6, n);
+      const SingularSystem system = Decompose(300.0 * RandomMatrix(&random, k, 6) * J_r);
+      std::vector<PointJacobian> by_point;
+      std::vector<Vector3d> points;
+      for (int i = 0; i < 5; ++i) {
+        points.push_back(0.2 * RandomMatrix(&random, 3, 1));
+        by_point.push_back(PointJacobianOf(J_r, points.back()));
+      }
+      const double expected = WorstMillimetresPerPixel(system, by_point);
+      const double worst = WorstMillimetresPerPixel(system, J_r, points);
+      if (std::isinf(expected)) {
+        EXPECT_EQ(worst, expected) << k << "x" << n;
+      } else {
+        EXPECT_NEAR(worst, expected, 1e-9 * expected) << k << "x" << n;
+      }
+    }
+  }
+}
+
+TEST(Volume, IsTheProductOfTheSingularValues) {
+  std::mt19937 random(45);
+  for (int rows = 1; rows <= 16; ++rows) {
+    for (int columns = 1; columns <= 16; ++columns) {
+      const MatrixXd J = 300.0 * RandomMatrix(&random, rows, columns);
+      const Measure measure = MeasureOf(J, 16);
+      const Volume volume = VolumeOf(J);
+      EXPECT_EQ(volume.status, MeasureStatus::kOk);
+      EXPECT_NEAR(volume.w, measure.w, 1e-11 * measure.condition * measure.w);
+      EXPECT_NEAR(volume.log_w, measure.log_w, 1e-11 * measure.condition);
+      EXPECT_EQ(volume.rank, measure.rank);
+    }
+  }
+}
+
+TEST(Volume, OfALostDirectionIsZeroAndOfNoNumberNothing) {
+  std::mt19937 random(46);
+  const MatrixXd J = RandomMatrix(&random, 6, 3) * RandomMatrix(&random, 3, 6);
+  EXPECT_EQ(VolumeOf(J).rank, 3);
+  EXPECT_LT(VolumeOf(J).w, 1e-40);
+  EXPECT_EQ(VolumeOf(MatrixXd(0, 6)).status, MeasureStatus::kEmpty);
+  MatrixXd bad = RandomMatrix(&random, 6, 6);
+  bad(3, 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(VolumeOf(bad).status, MeasureStatus::kNotFinite);
+  EXPECT_EQ(VolumeOf(bad).w, 0.0);
+  EXPECT_EQ(VolumeOf(bad).log_w, -kInfinity);
+}
+
 // The self-motion of a redundant arm moves no point on the end effector: it hides nothing.
 TEST(WorstMillimetresPerPixel, SelfMotionOfARedundantArmCostsNothing) {
   std::mt19937 random(41);
@@ -505,7 +557,7 @@ TEST(Measures, DoNotAllocate) {
   const double volume = EllipsoidVolume(composite.measure);
   const ErrorBounds bounds = BoundErrors(composite.measure, 8, 7);
   const Coupling coupling = CouplingOf(view, arm, composite.measure);
-  const LowCause cause = DiagnoseLowMeasure(composite, arm, J_r, 6, true);
+  const LowCause cause = DiagnoseLowMeasure(composite, arm.rank, J_r, 6, true);
   const double worst = WorstMillimetresPerPixel(composite, points);
   const double length = CharacteristicLength(J_r);
   const Measure scaled = MeasureOf(ScaleTwistOfArm(J_r, length));

@@ -67,7 +67,9 @@ class RecordedCell {
     record_.periods.push_back(period);
     if (i % 10 == 1 && servo_.snapshot().valid) StepCamera();
     if (i % 10 != 9) return;
-    Log(kObservabilityChannel, output.observability);
+    ObservabilityReport report = output.observability;
+    CompleteReport(output.J_v, output.J_r, &report);
+    Log(kObservabilityChannel, report);
     Log(kServoStatusChannel, output.status);
     record_.stamp = now_;
     record_.start = start_;

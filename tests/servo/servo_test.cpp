@@ -330,16 +330,45 @@ TEST(Servo, DoesNotCertifyAGrazingView) {
   EXPECT_TRUE(run.servo.snapshot().active.stalled);
 }
 
+// A whole period with a new image, from messages to command: 10 allocations for each of two points, the same
+// for their goals while the camera moves; none with closed forms.
 TEST(Servo, AllocatesNothingButViSPsMatrices) {
   if (!test::AllocationGuard::kSupported) GTEST_SKIP();
+  for (const auto source : {InteractionSource::kVisp, InteractionSource::kClosedForm}) {
+    for (const bool camera_moves : {false, true}) {
+      Session run;
+      ServoOptions options = Options();
+      options.interaction = source;
+      run.servo = MakeServo(run.view, kGoal, options);
+      for (int i = 0; i < 200 || !run.cell.ImageDue(); ++i) {
+        if (camera_moves) run.X_WC = LookFrom({1.2, -1.5 + 1e-4 * i, 1.0});
+        (void)run.Tick();
+      }
+      const test::AllocationGuard guard;
+      run.Feed();
+      const ServoOutput& out = run.servo.Step(run.cell.now());
+      const std::size_t matrices = camera_moves ? 4 : 2;
+      EXPECT_EQ(guard.count(), source == InteractionSource::kVisp ? 10 * matrices : 0u);
+      EXPECT_EQ(out.status.state, ServoState::kServoing);
+    }
+  }
+}
+
+// However it is come by, w_v is that of J_v.
+TEST(Servo, ReportsTheMeasuresOfItsJacobians) {
   Session run;
-  run.For(0.2);
-  run.Feed();
-  const test::AllocationGuard guard;
-  const ServoOutput& out = run.servo.Step(run.cell.now());
-  // 10 for each of two points and two goals.
-  EXPECT_LE(guard.count(), 40u);
-  EXPECT_EQ(out.status.state, ServoState::kServoing);
+  for (int i = 0; i < 20; ++i) {
+    run.For(0.1);
+    const ServoOutput& out = run.Tick();
+    const TaskJacobian J_c = out.J_v * out.J_r;
+    ObservabilityReport report = out.observability;
+    CompleteReport(out.J_v, out.J_r, &report);
+    EXPECT_NEAR(report.w_v, MeasureOf(out.J_v).w, 1e-9 * report.w_v);
+    EXPECT_NEAR(report.w_r, MeasureOf(out.J_r).w, 1e-9 * report.w_r);
+    EXPECT_NEAR(report.w_c, MeasureOf(J_c).w, 1e-9 * report.w_c);
+    EXPECT_EQ(report.sigma_min_v, MeasureOf(out.J_v).sigma_min);
+    EXPECT_EQ(report.sigma_min_r, MeasureOf(out.J_r).sigma_min);
+  }
 }
 
 }  // namespace

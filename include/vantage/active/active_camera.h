@@ -99,6 +99,8 @@ struct ActiveOutput {
   std::int64_t plans{0};        ///< Plans made so far.
   std::int64_t moves{0};        ///< Moves begun so far.
   std::int64_t fruitless{0};    ///< Plans that found no better view.
+  /// ∂ log w_c / ∂q for the arm's own motions: the camera task's to fill in; no rows: not known [1/rad].
+  JointVector log_w_gradient{};
 };
 
 /// State machine trigger -> plan -> move. Call Step() at a steady rate (20-200 Hz); a step that plans

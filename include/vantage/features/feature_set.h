@@ -94,6 +94,12 @@ using PointViews = std::vector<PointView>;
 /// visible and is never projected; one that is not finite keeps that. Real-time safe.
 [[nodiscard]] PointView ViewOf(const Eigen::Vector3d& p_CP, bool on_body) noexcept;
 
+/// Where the interaction matrices come from. Both give the same to rounding (a test holds them to it).
+enum class InteractionSource : int {
+  kVisp = 0,        ///< ViSP's feature classes.
+  kClosedForm = 1,  ///< PointInteraction() and the chain rule; allocates nothing.
+};
+
 /// What became of one feature.
 enum class RowStatus : int {
   kOk = 0,            ///< It has a row.
@@ -134,14 +140,19 @@ class FeatureSet {
   /// (coincident image points of a distance or an angle) are left out, as those not visible are;
   /// rows->status says why.
   ///
-  /// Interaction matrices are ViSP's: vpFeaturePoint's by the chain rule; vpFeatureSegment's and
+  /// ViSP's interaction matrices are vpFeaturePoint's by the chain rule; vpFeatureSegment's and
   /// vpFeatureMoment*'s where their model holds, that is where all points of the feature are on one body
   /// (and, for moments, in one plane), and the points' elsewhere.
   ///
   /// Real-time safe but for the allocations of ViSP's interaction(): 10 for each point used, and 3
   /// more in the first call of a thread. Segments and moments cost those of ViSP's classes for them.
   /// @pre points.size() == num_points().
-  void Evaluate(const CameraModel& camera, const PointViews& points, FeatureRows* rows) const;
+  void Evaluate(const CameraModel& camera, const PointViews& points, FeatureRows* rows,
+                InteractionSource source = InteractionSource::kVisp) const;
+
+  /// Values alone: rows->L and rows->L_body come out without rows. Real-time safe.
+  /// @pre As Evaluate().
+  void EvaluateValues(const CameraModel& camera, const PointViews& points, FeatureRows* rows) const;
 
  private:
   std::vector<Feature> features_;

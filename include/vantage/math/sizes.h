@@ -2,16 +2,13 @@
 
 #include <Eigen/Core>
 
+#include "vantage/math/capacity.h"
+
 /// @file
 /// Bounded vectors and matrices of the control period. Their storage is inside the object, so that
 /// nothing built from them touches the heap.
 
 namespace vantage {
-
-inline constexpr int kMaxJoints = 16;            ///< Most joints of one arm.
-inline constexpr int kMaxPoints = 16;            ///< Most image points one servo can use.
-inline constexpr int kMaxRows = 2 * kMaxPoints;  ///< Most feature rows k.
-inline constexpr int kMaxRigAxes = 16;           ///< Most coordinates of a camera rig.
 
 /// Joint positions [rad or m], velocities [rad/s or m/s] or accelerations; n rows.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;

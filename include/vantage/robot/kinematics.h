@@ -19,7 +19,7 @@ struct Kinematics {
   ArmJacobian J_WE_W{ArmJacobian::Zero(6, 1)};
 };
 
-/// Forward kinematics through KDL's segments.
+/// Forward kinematics, from the base out.
 /// @pre q.size() == arm.size(). Real-time safe.
 [[nodiscard]] Kinematics ComputeKinematics(const ArmModel& arm, const JointVector& q) noexcept;
 

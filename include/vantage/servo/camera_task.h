@@ -27,4 +27,9 @@ class CameraTask {
   JointVector q_goal_;                 // empty: out of reach
 };
 
+/// ∂ log w_c / ∂q at q, by central differences of the model's closed forms [1/rad or 1/m]. Not finite where
+/// J_c is singular.
+[[nodiscard]] JointVector LogCompositeGradient(const ViewModel& view, const JointVector& q,
+                                               const Eigen::Isometry3d& X_WC);
+
 }  // namespace vantage

@@ -28,6 +28,9 @@ class GoalPointEstimator {
   bool Update(const CameraModel& camera, const Eigen::Isometry3d& X_WC,
               const Eigen::Vector2d& pixel, double sigma_px, double gate = 5.0) noexcept;
 
+  /// The point may have gone by `sigma` [m] along each axis since the last measurement. Real-time safe.
+  void Drift(double sigma) noexcept { covariance_ += sigma * sigma * Eigen::Matrix3d::Identity(); }
+
   [[nodiscard]] const Eigen::Vector3d& p_WG() const noexcept { return p_WG_; }  ///< [m].
   [[nodiscard]] const Eigen::Matrix3d& covariance() const noexcept {
     return covariance_;

@@ -12,6 +12,7 @@
 #include "vantage/robot/joint_state.h"
 #include "vantage/servo/goal_estimator.h"
 #include "vantage/servo/history.h"
+#include "vantage/servo/image_track.h"
 #include "vantage/servo/reference_path.h"
 #include "vantage/servo/servo_options.h"
 #include "vantage/servo/servo_report.h"
@@ -31,8 +32,11 @@ struct ServoGoal {
   std::vector<int> marker_ids;
   /// Goal points stand this far from the goal's markers, so that the arm does not hide them [m]; known.
   Eigen::Vector3d offset_W{Eigen::Vector3d::Zero()};
-  double prior_sigma{0.05};              ///< Standard deviation of a prior [m]; > 0.
-  double marker_radius{0.01};            ///< Of the goal's markers [m].
+  double prior_sigma{0.05};    ///< Standard deviation of a prior [m]; > 0.
+  double marker_radius{0.01};  ///< Of the goal's markers [m].
+  /// Greatest speed of the goal's markers [m/s]; 0: they stand. Markers that move are followed by their
+  /// image velocity.
+  double max_speed{0.0};
   std::vector<Eigen::Vector3d> normals;  ///< Of the goal's markers in the world; as long as p_WG.
 };
 
@@ -48,6 +52,9 @@ struct ServoOutput {
   ServoStatus status;    ///< Loop times and message counters are the caller's to fill in.
   ObservabilityReport observability;
   FeatureVector error;  ///< Image error e, row by row [px, rad, px²].
+  /// Jacobians that the observability was measured on; without rows or columns before the first time.
+  FeatureJacobian J_v{0, 6};
+  ArmJacobian J_r{6, 0};
 };
 
 /// What the active camera needs of one period: everything in it is measured or estimated.
@@ -87,41 +94,53 @@ class Servo {
 
   [[nodiscard]] HoldReason CheckInputs(Time now) const noexcept;
   [[nodiscard]] Twist CameraTwist() const noexcept;
-  void PredictState(Time now, const Twist& V_WC_C) noexcept;
+  void PredictState(Time now) noexcept;
   void UseImage() noexcept;
   [[nodiscard]] bool NewView(std::size_t marker) noexcept;
   void PlaceGoalMarker(std::size_t marker) noexcept;
   [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
-  [[nodiscard]] HoldReason PredictRows() noexcept;
+  void UseGoalImage(std::size_t marker, const Eigen::Vector2d& measured, double time) noexcept;
+  [[nodiscard]] HoldReason PredictRows(Time now) noexcept;
   [[nodiscard]] bool PredictPathRows() noexcept;
   [[nodiscard]] ServoLawOptions LawHere() const noexcept;
   [[nodiscard]] Eigen::Vector2d PathCorrection(std::size_t marker) const noexcept;
-  [[nodiscard]] HoldReason Control(Time now, const Twist& V_WC_C) noexcept;
-  void ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& system) noexcept;
+  [[nodiscard]] FeatureVector ErrorRate(const FeatureRows& target) noexcept;
+  [[nodiscard]] JointVector SelfMotion() const noexcept;
+  [[nodiscard]] double StartEffort(Time now) noexcept;
+  [[nodiscard]] HoldReason Control(Time now) noexcept;
+  void ReportMeasures(const SingularSystem& system) noexcept;
   [[nodiscard]] double RemainingMillimetres(const SingularSystem& system) const noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
   void JudgeProgress(Time now) noexcept;
+  [[nodiscard]] bool ArmFollows() noexcept;
+  [[nodiscard]] HoldReason WhyStanding() const noexcept;
   void Command(Time now, const JointVector& qdot) noexcept;
 
   ServoTask task_;
   ServoOptions options_;
   TriggerOptions trigger_;
   bool enabled_{true};
+  bool fault_{false};         // latched until the operator stops it
   std::vector<bool> needed_;  // markers that some feature uses
   int markers_needed_{0};
   std::vector<JointLimits> limits_;  // with the margin
 
   History<JointVector, kHistory> joints_;
   History<Eigen::Isometry3d, kHistory> poses_;
+  Twist V_WC_C_{Twist::Zero()};  // of the camera, read off its newest poses
   ImageFeatures features_;
   bool has_features_{false};
   bool image_is_new_{false};
-  // Per marker of the view: measured pixel less the model's at the exposure it was last seen in.
+  // Per marker of the view: what was measured less the model's at the exposure it was last seen in, in
+  // normalised coordinates.
   std::array<Eigen::Vector2d, kMaxPoints> offset_{};
+  std::array<Eigen::Vector2d, kMaxPoints> seen_at_{};  // measured, normalised
   std::array<std::optional<Time>, kMaxPoints> last_seen_{};
-  // Per marker of the goal: measured pixel less that of its estimate.
+  // Per marker of the goal: what was measured less its estimate, in normalised coordinates.
   std::array<Eigen::Vector2d, kMaxPoints> goal_offset_;
+  std::array<ImageTrack, kMaxPoints> goal_tracks_;               // of goals that move
+  Eigen::Isometry3d X_WC_image_{Eigen::Isometry3d::Identity()};  // of the image before
   int markers_lost_{0};  // needed, and not in the newest image
   std::array<std::optional<Time>, kMaxPoints> goal_last_seen_{};
   std::array<std::optional<Eigen::Isometry3d>, kMaxPoints> goal_seen_from_{};
@@ -134,19 +153,22 @@ class Servo {
   Time last_step_{};
 
   // Of the period under way.
+  bool camera_moves_{false};
   double dt_{0.0};    // since the last one, at most the nominal period [s]
   JointVector q_;     // now
   JointVector qdot_;  // last commanded
+  std::optional<Time> moving_since_;
   Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};
   Kinematics kinematics_;
   PointViews current_, wanted_;
-  FeatureRows current_rows_, goal_rows_;
+  PointViews wanted_soon_;  // goals that move, kSoon later
+  FeatureRows current_rows_, goal_rows_, soon_rows_;
+  std::vector<Eigen::Vector3d> p_EM_W_;  // from E's origin to each marker, in world axes
   PathReference reference_;
   Eigen::Isometry3d X_WE_goal_{Eigen::Isometry3d::Identity()};  // at active_.q_goal
   double remaining_mm_{0.0};  // worst marker's distance to its goal point, by the image
   PointViews ahead_;          // the reference's points
   FeatureRows path_rows_;     // of them
-  std::vector<PointJacobian> point_jacobians_;
 
   // Convergence and stall.
   std::optional<Time> below_since_;  // error below the tolerance

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "vantage/control/servo_law.h"
+#include "vantage/features/feature_set.h"
 #include "vantage/servo/reference_path.h"
 
 namespace vantage {
@@ -28,8 +29,12 @@ struct ConvergenceOptions {
 /// Options of one servo.
 struct ServoOptions {
   double period{0.002};  ///< Control period [s]; in [0.0005, 0.1].
+  InteractionSource interaction{InteractionSource::kVisp};
   ServoLawOptions law;
   ReferencePathOptions path;
+  /// Whether the model carries the image from its exposure to now. False, for comparison: the newest image
+  /// is taken for the present, as it is where no one minds the delay.
+  bool latency_compensation{true};
   StalenessLimits staleness;
   ConvergenceOptions convergence;
   /// Joints are kept this far inside their limits: room for encoder noise and for the lag of their

@@ -22,7 +22,7 @@ enum class ServoState : int {
   kRepositioning = 3,  ///< As kServoing, while the camera moves to a better view.
   kHolding = 4,        ///< At rest or coming to rest for the named reason; resumes by itself.
   kConverged = 5,      ///< Error below the tolerance for the settling time.
-  kFault = 6,          ///< At rest; does not resume without the operator.
+  kFault = 6,          ///< At rest; does not resume until the operator has stopped and started it.
 };
 
 /// Why a servo holds, or why it stopped.
@@ -40,6 +40,7 @@ enum class HoldReason : int {
   kArmSingular = 10,       ///< w_r ~ 0 and no way on.
   kJointLimit = 11,        ///< A joint is at its limit and the task wants to go beyond.
   kOperator = 12,          ///< Told to stop.
+  kArmNotFollowing = 13,   ///< The arm is far from where it was told to be: a fault.
 };
 
 /// Names as printed and logged: "SERVOING", "STALE_JOINT_STATE", ...
@@ -56,6 +57,8 @@ struct ObservabilityReport {
   int k{0}, m{6}, n{0};  ///< Feature rows, task dimension, joints.
   double w_v{0.0}, w_r{0.0}, w_c{0.0};
   Measure composite;  ///< Singular values of J_c and what follows from them.
+  /// Smallest singular values of J_v and J_r: people alone read them, so the control period leaves them
+  /// to CompleteReport().
   double sigma_min_v{0.0}, sigma_min_r{0.0};
   /// Axes of the observability ellipsoid of J_c: column i is σ_i u_i in feature space [px/rad], k rows.
   TaskJacobian axes;
@@ -70,6 +73,10 @@ struct ObservabilityReport {
   std::int64_t camera_moves{0};
 };
 
+/// Fills in what the control period has left out. For whoever publishes the report.
+void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
+                    ObservabilityReport* report) noexcept;
+
 /// Content of the SERVO_STATUS channel.
 struct ServoStatus {
   Time stamp{};
@@ -80,6 +87,10 @@ struct ServoStatus {
   int markers_seen{0}, markers_needed{0};
   double loop_time_us{0.0};      ///< Execution time of the last period [us].
   double loop_time_max_us{0.0};  ///< Largest since the start [us].
+  /// Half, 99 % and 99.9 % of the periods since the start took no longer [us].
+  double loop_time_p50_us{0.0}, loop_time_p99_us{0.0}, loop_time_p999_us{0.0};
+  /// 99.9 % of the periods began no later than this after their deadline, and the latest [us].
+  double lateness_p999_us{0.0}, lateness_max_us{0.0};
   std::int64_t deadline_misses{0};
   std::int64_t refused_messages{0};  ///< Messages from outside that failed a check.
   std::int64_t dropped_messages{0};  ///< Messages overwritten by newer ones before they were used.

@@ -52,8 +52,8 @@ int main() {
     if (i % 200 == 0)
       std::printf("%4.1f s  error %8.4f px  w_c %.4g\n", i * period, error, MeasureOf(view.J_c).w);
     const FeatureVector still = FeatureVector::Zero(e.size());
-    const ServoLawResult law = ServoLaw({}, e, view.J_c, Decompose(view.J_c), still,
-                                        ComputeVelocityBounds(arm.limits(), q, qdot, period));
+    const ServoLawResult law = ServoLaw({}, {e, still}, view.J_c, Decompose(view.J_c),
+                                        ComputeVelocityBounds(arm.limits(), q, q, qdot, period));
     qdot = law.qdot;
     q += period * qdot;
   }
