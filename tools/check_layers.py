@@ -41,6 +41,7 @@ THIRD_PARTY = {
     "lcm/": ["messaging"],
     "vantage_msgs/": ["messaging"],
     "bot_core/": ["messaging"],
+    "drake/": ["messaging"],
     "GL/": [],
     "EGL/": [],
 }

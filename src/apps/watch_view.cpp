@@ -346,7 +346,9 @@ std::string Sparkline(const std::deque<double>& values, int width, bool logarith
       line += ' ';
       continue;
     }
-    const double share = greatest > least ? (h - least) / (greatest - least) : 0.0;
+    // What varies by less than a hundredth is flat: noise is no mountain range.
+    const double flat = logarithmic ? 0.01 : 0.01 * std::max(std::abs(least), std::abs(greatest));
+    const double share = greatest - least > flat ? (h - least) / (greatest - least) : 0.3;
     line += kBars[static_cast<int>(std::lround(7.0 * share))];
   }
   return line;

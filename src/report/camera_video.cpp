@@ -24,8 +24,15 @@ constexpr double kDefaultRate = 10.0;
 const cv::Scalar kSeen(60, 200, 60), kLost(60, 60, 230), kGoal(0, 150, 255), kText(235, 235, 235),
     kDim(150, 150, 150);
 
+// Empty when the bytes are no picture.
 cv::Mat ToMat(const CameraImage& image) {
-  if (image.format == PixelFormat::kJpeg) return cv::imdecode(image.data, cv::IMREAD_COLOR);
+  if (image.format == PixelFormat::kJpeg) {
+    try {
+      return cv::imdecode(image.data, cv::IMREAD_COLOR);
+    } catch (const cv::Exception&) {
+      return {};  // A size that OpenCV refuses.
+    }
+  }
   // OpenCV only reads it.
   auto* pixels = const_cast<std::uint8_t*>(image.data.data());
   const auto stride = static_cast<std::size_t>(image.row_stride);

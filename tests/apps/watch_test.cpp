@@ -155,9 +155,9 @@ TEST(Sparkline, GoesFromLeastToGreatest) {
   EXPECT_EQ(Sparkline({0.0, 3.5, 7.0}, 3, false), "▁▅█");
   EXPECT_EQ(Sparkline({1.0, 2.0}, 4, false), "  ▁█");
   EXPECT_EQ(Sparkline({1.0, std::nan(""), 2.0}, 3, false), "▁ █");
-  EXPECT_EQ(Sparkline({5.0, 5.0}, 2, false), "▁▁");
+  EXPECT_EQ(Sparkline({5.0, 5.0, 5.01}, 3, false), "▃▃▃");
   EXPECT_EQ(Sparkline({1.0, 1e7, 1e14}, 3, true), "▁▅█");
-  EXPECT_EQ(Sparkline({-1.0, 1.0}, 2, true), " ▁");
+  EXPECT_EQ(Sparkline({-1.0, 1.0}, 2, true), " ▃");
   EXPECT_EQ(Sparkline({1.0, 2.0, 3.0}, 2, false), "▁█");
 }
 
