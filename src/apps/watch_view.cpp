@@ -232,11 +232,11 @@ class View {
       const bool near = share < 0.03 || share > 0.97;
       Add({{Padded(Printable(arm.joint_names()[static_cast<std::size_t>(i)]), kLabel),
             TextStyle::kPlain},
-           {Padded(Number(unit * joints.q(i)), kNumber, true) + " ",
+           {Padded(Format("%.2f", unit * joints.q(i)), kNumber, true) + " ",
             near ? TextStyle::kBad : TextStyle::kValue},
            {Padded(turns ? "deg" : "mm", 5), TextStyle::kDim},
            {Ruler(share, 31), near ? TextStyle::kBad : TextStyle::kCurve},
-           {Padded(Number(unit * joints.qdot(i)), 9, true),
+           {Padded(Format("%.2f", unit * joints.qdot(i)), 9, true),
             speed > 0.98 ? TextStyle::kWarning : TextStyle::kValue},
            {(turns ? " deg/s  " : " mm/s  ") + Format("%3.0f", 100.0 * speed) + " % of its limit",
             TextStyle::kDim}});
