@@ -60,7 +60,7 @@ class Bridge {
  private:
   static TransportOptions JoiningTransport() {
     TransportOptions options;
-    options.join_existing_hub = true;
+    options.join_existing = true;
     return options;
   }
 

@@ -35,7 +35,7 @@ void Print(const std::vector<TextLine>& lines) {
 int Watch(const Arguments& arguments) {
   const SignalStop stop;
   TransportOptions transport_options;
-  transport_options.join_existing_hub = true;
+  transport_options.join_existing = true;
   const Transport transport = ChooseTransport(transport_options);
   WatchCollector collector(arguments.prefix);
   LcmLink link({transport.url, ""});
