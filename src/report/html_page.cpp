@@ -31,7 +31,8 @@ th { text-align: left; color: #6b7280; font-weight: 600; border-bottom: 2px soli
 td { border-bottom: 1px solid #f0f1f3; padding: 4px 12px 4px 0; white-space: nowrap; }
 th.n, td.n { text-align: right; }
 figure { margin: 10px 0; }
-figure svg, figure video { width: 100%; height: auto; display: block; }
+figure svg { width: 100%; height: auto; display: block; }
+figure video { width: 100%; max-width: 860px; margin: 0 auto; display: block; }
 figcaption { color: #6b7280; font-size: 14px; margin-top: 4px; }
 summary { cursor: pointer; }
 pre { background: #f9fafb; border: 1px solid #e5e7eb; padding: 12px; overflow-x: auto; font-size: 13px; }
