@@ -46,7 +46,7 @@ bool WriteReport(const RunFolder& folder, std::vector<std::string>* troubles) {
         WriteLogReport(folder.File("events.lcm"), folder.path().string(), options);
     troubles->insert(troubles->end(), report.remarks.begin(), report.remarks.end());
     return true;
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     troubles->push_back(std::string("no report: ") + error.what());
     return false;
   }
