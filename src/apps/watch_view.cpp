@@ -179,7 +179,7 @@ class View {
     const WatchHistory& h = state_.history;
     Title("Observability, the last minute");
     const bool low = o.trigger_value < o.threshold;
-    Curve(TriggerName(o.trigger_measure), o.trigger_value, h.trigger_value, false,
+    Curve(Name(o.trigger_measure), o.trigger_value, h.trigger_value, false,
           low ? TextStyle::kBad : TextStyle::kGood, "/ " + Number(o.threshold));
     Curve("error", state_.status ? state_.status->error_px : std::nan(""), h.error_px, true,
           TextStyle::kValue, "px");
@@ -194,20 +194,6 @@ class View {
          {"px/rad  rank " + std::to_string(o.composite.rank) + "/" +
               std::to_string(o.composite.size()) + "  condition " + Number(o.composite.condition),
           TextStyle::kDim}});
-  }
-
-  static std::string TriggerName(TriggerMeasure measure) {
-    switch (measure) {
-      case TriggerMeasure::kGeometricMean:
-        return "w_c^(1/s)";
-      case TriggerMeasure::kCompositeW:
-        return "w_c";
-      case TriggerMeasure::kSigmaMin:
-        return "sigma_min";
-      case TriggerMeasure::kInverseCondition:
-        return "1/condition";
-    }
-    return "";
   }
 
   void Joints() {

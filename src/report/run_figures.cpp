@@ -7,6 +7,7 @@
 #include <map>
 
 #include "figure.h"
+#include "measure_label.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -57,20 +58,6 @@ void Bands(const RunLog& log, Figure* figure) {
   for (const StateInterval& stop : StopsOf(StatesOf(log))) {
     figure->Band(stop.begin, stop.end, Palette::kHolding);
   }
-}
-
-const char* MeasureLabel(TriggerMeasure measure) {
-  switch (measure) {
-    case TriggerMeasure::kGeometricMean:
-      return "w_c^{1/s} [px/rad]";
-    case TriggerMeasure::kCompositeW:
-      return "w_c";
-    case TriggerMeasure::kSigmaMin:
-      return "σ_{min} of J_c [px/rad]";
-    case TriggerMeasure::kInverseCondition:
-      return "1 / condition of J_c";
-  }
-  return "";
 }
 
 constexpr char kBandsText[] =
