@@ -122,7 +122,8 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   }
   const std::string path = folder + "/run.gp";
   std::ofstream script = Open(path);
-  script << "set terminal pngcairo size 1200,1280 font 'DejaVu Sans,11'\n"
+  script << "set encoding utf8\n"
+            "set terminal pngcairo size 1200,1280 font 'DejaVu Sans,11'\n"
             "set output 'run.png'\n"
             "set datafile separator ','\n"
             "set grid linecolor rgb '#e4e4e4'\n"
