@@ -23,6 +23,7 @@
 #include <unistd.h>
 
 #include "network_namespace.h"
+#include "raw_client.h"
 #include "samples.h"
 #include "vantage/math/error.h"
 #include "vantage/messaging/lcm_link.h"
@@ -230,10 +231,36 @@ class JavaHub {
   ChildProcess process_;
 };
 
-enum class Kind { kHubOurs, kHubStock, kJavaHubStock, kMulticastOurs, kMulticastStock, kTcp, kUdp };
+enum class Kind {
+  kHubOurs,
+  kHubOursStopped,
+  kHubStock,
+  kJavaHubStock,
+  kMulticastOurs,
+  kMulticastStock,
+  kTcp,
+  kUdp
+};
+
+// Subscribes to everything, reads nothing, as a program that is stopped in a debugger; returns when the hub
+// has begun to drop messages for it.
+std::unique_ptr<test::RawClient> MakeStoppedClient(const TcpHub& hub) {
+  auto client = std::make_unique<test::RawClient>(hub.port());
+  if (!client->Subscribe(".*") || !client->Sync()) throw Error("no stopped client");
+  LcmLink filler({hub.url(), ""});
+  filler.Start();
+  const Bytes megabyte(1 << 20);
+  const Time until = Clock::now() + std::chrono::seconds(5);
+  while (hub.stats().dropped == 0) {
+    filler.PublishBytes("FILL", megabyte);
+    if (Clock::now() > until) throw Error("the stopped client takes everything");
+  }
+  return client;
+}
 
 struct Setup {
   std::unique_ptr<TcpHub> hub;
+  std::unique_ptr<test::RawClient> stopped_client;
   std::unique_ptr<JavaHub> java_hub;
   std::unique_ptr<Path> path;
 };
@@ -242,10 +269,12 @@ Setup MakeSetup(Kind kind, std::size_t size) {
   Setup setup;
   switch (kind) {
     case Kind::kHubOurs:
+    case Kind::kHubOursStopped:
     case Kind::kHubStock: {
       TcpHubOptions options;
       options.port = 0;
       setup.hub = std::make_unique<TcpHub>(options);
+      if (kind == Kind::kHubOursStopped) setup.stopped_client = MakeStoppedClient(*setup.hub);
       break;
     }
     case Kind::kJavaHubStock:
@@ -261,6 +290,7 @@ Setup MakeSetup(Kind kind, std::size_t size) {
   }
   switch (kind) {
     case Kind::kHubOurs:
+    case Kind::kHubOursStopped:
       setup.path = std::make_unique<LinkPath>(setup.hub->url(), size);
       break;
     case Kind::kHubStock:
@@ -357,6 +387,7 @@ void RegisterAll() {
     Kind kind;
   };
   constexpr Named kKinds[] = {{"hub", Kind::kHubOurs},
+                              {"hub_beside_a_stopped_client", Kind::kHubOursStopped},
                               {"hub_stock_client", Kind::kHubStock},
                               {"java_hub_stock_client", Kind::kJavaHubStock},
                               {"multicast", Kind::kMulticastOurs},
@@ -380,7 +411,7 @@ void RegisterAll() {
                                    size.pause)
           ->UseManualTime()
           ->Unit(benchmark::kMicrosecond)
-          ->Iterations(size.messages);
+          ->Iterations(slow ? size.messages / 20 : size.messages);
       benchmark::RegisterBenchmark(("Burst" + suffix).c_str(), Burst, kind.kind, size.bytes)
           ->UseManualTime()
           ->Unit(benchmark::kMillisecond)

@@ -1,6 +1,6 @@
-# cmake -DLCM_GEN= -DJAVAC= -DJAR= -DLCM_JAR= -DWORK= -DOUT= -DTYPES=<list> -P VantageLcmJar.cmake
+# cmake -DLCM_GEN= -DJAVAC= -DJAR= -DLCM_JAR= -DWORK= -DOUT= -DTYPES=<list> -DPLUGINS=<list> -P VantageLcmJar.cmake
 #
-# Compiles the Java bindings of TYPES into the jar OUT. A script, because which .java files there are is
+# Compiles the Java bindings of TYPES and the plugins for lcm-spy into the jar OUT. A script, because which .java files there are is
 # known only after lcm-gen has run.
 cmake_minimum_required(VERSION 3.25)
 
@@ -16,7 +16,7 @@ file(MAKE_DIRECTORY ${WORK}/classes)
 run(${LCM_GEN} --java --jpath ${WORK}/source ${TYPES})
 file(GLOB_RECURSE sources ${WORK}/source/*.java)
 # For any Java that can run lcm-spy, not only the one that compiles.
-run(${JAVAC} --release 11 -nowarn -classpath ${LCM_JAR} -d ${WORK}/classes ${sources})
+run(${JAVAC} --release 11 -nowarn -classpath ${LCM_JAR} -d ${WORK}/classes ${sources} ${PLUGINS})
 cmake_path(GET OUT PARENT_PATH folder)
 file(MAKE_DIRECTORY ${folder})
 run(${JAR} --create --file ${OUT} -C ${WORK}/classes .)

@@ -48,12 +48,12 @@ function(vantage_add_lcm_types name)
   endforeach()
 endfunction()
 
-# vantage_add_lcm_jar(<target> TYPES <file.lcm>...)
+# vantage_add_lcm_jar(<target> TYPES <file.lcm>... PLUGINS <file.java>...)
 #
-# build/<preset>/share/vantage_types.jar: the Java bindings, for lcm-spy (tools/spy) and other Java tools.
+# build/<preset>/share/vantage_types.jar: the Java bindings and plugins for lcm-spy (tools/spy) and other Java tools.
 # Left out with a message where there is no JDK or no lcm.jar: nothing else needs it.
 function(vantage_add_lcm_jar target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TYPES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TYPES;PLUGINS")
   find_package(Java QUIET COMPONENTS Development)
   find_file(VANTAGE_LCM_JAR lcm.jar PATHS /usr/share/java /usr/local/share/java)
   if(NOT Java_Development_FOUND OR NOT VANTAGE_LCM_JAR)
@@ -67,8 +67,8 @@ function(vantage_add_lcm_jar target)
     OUTPUT ${jar}
     COMMAND ${CMAKE_COMMAND} -DLCM_GEN=${LCM_GEN} -DJAVAC=${Java_JAVAC_EXECUTABLE} -DJAR=${Java_JAR_EXECUTABLE}
             -DLCM_JAR=${VANTAGE_LCM_JAR} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/java -DOUT=${jar} "-DTYPES=${files}"
-            -P ${PROJECT_SOURCE_DIR}/cmake/VantageLcmJar.cmake
-    DEPENDS ${files} ${PROJECT_SOURCE_DIR}/cmake/VantageLcmJar.cmake
+            "-DPLUGINS=${arg_PLUGINS}" -P ${PROJECT_SOURCE_DIR}/cmake/VantageLcmJar.cmake
+    DEPENDS ${files} ${arg_PLUGINS} ${PROJECT_SOURCE_DIR}/cmake/VantageLcmJar.cmake
     VERBATIM)
   add_custom_target(${target} ALL DEPENDS ${jar})
   install(FILES ${jar} DESTINATION ${CMAKE_INSTALL_DATADIR}/vantage COMPONENT runtime)

@@ -25,13 +25,13 @@ MODULES = {
     "replay": ["math", "camera", "robot", "features", "observability", "control", "active", "servo",
                "messaging", "config"],
     "report": ["math", "camera", "robot", "runtime", "observability", "features", "control", "active",
-               "servo", "messaging"],
+               "servo", "messaging", "config"],
 }
 
 # third-party prefix -> the only modules that may include it. Eigen and the standard are free.
 THIRD_PARTY = {
     "visp3/": ["features", "vision"],
-    "opencv2/": ["vision"],
+    "opencv2/": ["vision", "report"],
     "kdl/": ["robot"],
     "urdf": ["robot"],
     "console_bridge/": ["robot"],
@@ -41,6 +41,7 @@ THIRD_PARTY = {
     "lcm/": ["messaging"],
     "vantage_msgs/": ["messaging"],
     "bot_core/": ["messaging"],
+    "drake/": ["messaging"],
     "GL/": [],
     "EGL/": [],
 }

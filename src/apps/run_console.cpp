@@ -25,20 +25,6 @@ std::string Short(double value) {
   return Format(value < 10.0 ? "%.3f" : "%.1f", value);
 }
 
-const char* MeasureName(TriggerMeasure measure) {
-  switch (measure) {
-    case TriggerMeasure::kGeometricMean:
-      return "w_c^(1/s)";
-    case TriggerMeasure::kCompositeW:
-      return "w_c";
-    case TriggerMeasure::kSigmaMin:
-      return "sigma_min";
-    case TriggerMeasure::kInverseCondition:
-      return "1/cond";
-  }
-  return "";
-}
-
 }  // namespace
 
 RunConsole::RunConsole(bool quiet) : quiet_(quiet), terminal_(isatty(STDOUT_FILENO) != 0) {}
@@ -63,7 +49,7 @@ void RunConsole::Begin(const std::string& headline) {
 void RunConsole::Titles(TriggerMeasure measure) {
   char buffer[160];
   std::snprintf(buffer, sizeof buffer, "%6s  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", "t [s]",
-                "state", "error px", "w_v", "w_r", "w_c", MeasureName(measure), "thresh", "mm/px",
+                "state", "error px", "w_v", "w_r", "w_c", Name(measure), "thresh", "mm/px",
                 "camera");
   Line(buffer, true);
   titled_ = true;

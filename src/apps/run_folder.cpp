@@ -23,16 +23,16 @@ RunFolder::RunFolder(const std::string& parent, const std::string& scenario) {
   throw Error("cannot make a run folder in " + parent + ": " + error.message());
 }
 
-std::string RunFolder::Write(const RunSummary& summary,
-                             const std::vector<RunSample>& samples) const {
+std::vector<std::string> RunFolder::Write(const RunSummary& summary,
+                                          const std::vector<RunSample>& samples) const {
   WriteSamples(samples, File("samples.csv"));
   WriteSummary(summary, File("summary.json"));
   try {
     PlotRun(summary, samples, path_.string());
   } catch (const Error& error) {
-    return error.what();
+    return {std::string("no picture: ") + error.what()};
   }
-  return "";
+  return {};
 }
 
 }  // namespace vantage

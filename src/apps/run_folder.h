@@ -20,7 +20,8 @@ class RunFolder {
 
   /// samples.csv, summary.json, run.png. A picture that cannot be drawn is a message in the return
   /// value, not an error: the numbers are there.
-  std::string Write(const RunSummary& summary, const std::vector<RunSample>& samples) const;
+  std::vector<std::string> Write(const RunSummary& summary,
+                                 const std::vector<RunSample>& samples) const;
 
  private:
   std::filesystem::path path_;

@@ -9,6 +9,7 @@
 #include "vantage/config/camera_plan_file.h"
 #include "vantage/config/config_text.h"
 #include "vantage/math/error.h"
+#include "vantage/report/log_report.h"
 
 namespace vantage {
 namespace {
@@ -24,6 +25,7 @@ struct Arguments {
   int priority = 80;
   bool lockstep = false;
   bool quiet = false;
+  bool no_report = false;
   bool list = false;
 };
 
@@ -33,6 +35,21 @@ int List() {
               << LoadScenario(name).description << '\n';
   }
   return kExitOk;
+}
+
+// What the log of the run tells, for people. A run that has happened is not undone by a failure here.
+bool WriteReport(const RunFolder& folder, std::vector<std::string>* troubles) {
+  try {
+    LogReportOptions options;
+    options.csv = false;  // Many megabytes that few need: vantage-report writes them.
+    const LogReport report =
+        WriteLogReport(folder.File("events.lcm"), folder.path().string(), options);
+    troubles->insert(troubles->end(), report.remarks.begin(), report.remarks.end());
+    return true;
+  } catch (const std::exception& error) {
+    troubles->push_back(std::string("no report: ") + error.what());
+    return false;
+  }
 }
 
 // The scenario with the camera where the plan puts it, as a file in the run folder for all processes.
@@ -74,11 +91,16 @@ int Run(const Arguments& arguments) {
     options.priority = arguments.priority;
     outcome = RunProcesses(options, scenario, folder, &console);
   }
-  const std::string trouble = folder.Write(outcome.summary, outcome.samples);
-  console.End(outcome.summary, folder.path().string() +
-                                   "/: run.png, first.png, last.png, summary.json, samples.csv" +
-                                   (arguments.lockstep ? "" : ", events.lcm"));
-  if (!trouble.empty()) std::cerr << "vantage-run: no picture: " << trouble << '\n';
+  std::vector<std::string> troubles = folder.Write(outcome.summary, outcome.samples);
+  std::string written = "run.png, first.png, last.png, summary.json, samples.csv";
+  if (!arguments.lockstep) {
+    written = "events.lcm, " + written;
+    if (!arguments.no_report && WriteReport(folder, &troubles)) {
+      written = "report.html (its pictures in report/), " + written;
+    }
+  }
+  console.End(outcome.summary, folder.path().string() + "/: " + written);
+  for (const std::string& trouble : troubles) std::cerr << "vantage-run: " << trouble << '\n';
   return outcome.summary.converged ? kExitOk : kExitNotReached;
 }
 
@@ -116,6 +138,8 @@ int main(int argc, char** argv) {
                  "SCHED_FIFO priority of the control thread; 0: none")
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
+  app.add_flag("--no-report", arguments.no_report,
+               "Writes no report.html; vantage-report makes one from events.lcm");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
   return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
 }

@@ -188,7 +188,11 @@ class TcpHub::Server {
     }
     SetOption(fd.get(), IPPROTO_TCP, TCP_NODELAY, 1);
     SetOption(fd.get(), IPPROTO_TCP, TCP_QUICKACK, 1);
+    // A machine that went away without a word is noticed within half a minute.
     SetOption(fd.get(), SOL_SOCKET, SO_KEEPALIVE, 1);
+    SetOption(fd.get(), IPPROTO_TCP, TCP_KEEPIDLE, 10);
+    SetOption(fd.get(), IPPROTO_TCP, TCP_KEEPINTVL, 5);
+    SetOption(fd.get(), IPPROTO_TCP, TCP_KEEPCNT, 4);
     SetOption(fd.get(), SOL_SOCKET, SO_SNDBUF, kSendBuffer);
     const tcpq::Hello hello = tcpq::MakeHello(tcpq::kServerMagic);
     // Into an empty buffer: all of it, or the client is gone.

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "measure_label.h"
 #include "vantage/math/error.h"
 #include "vantage/report/gnuplot.h"
 
@@ -28,20 +29,6 @@ void Close(std::ofstream* file, const std::string& path) {
 nlohmann::ordered_json Number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return value;
-}
-
-const char* MeasureUnit(TriggerMeasure measure) {
-  switch (measure) {
-    case TriggerMeasure::kGeometricMean:
-      return "w_c^{1/s} [px/rad]";
-    case TriggerMeasure::kCompositeW:
-      return "w_c";
-    case TriggerMeasure::kSigmaMin:
-      return "{/Symbol s}_{min} [px/rad]";
-    case TriggerMeasure::kInverseCondition:
-      return "1 / condition";
-  }
-  return "";
 }
 
 // Grey bands where the camera moves.
@@ -140,7 +127,8 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   }
   const std::string path = folder + "/run.gp";
   std::ofstream script = Open(path);
-  script << "set terminal pngcairo size 1200,1280 font 'DejaVu Sans,11'\n"
+  script << "set encoding utf8\n"
+            "set terminal pngcairo size 1200,1280 font 'DejaVu Sans,11'\n"
             "set output 'run.png'\n"
             "set datafile separator ','\n"
             "set grid linecolor rgb '#e4e4e4'\n"
@@ -170,7 +158,7 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   script << "\nunset y2label\nunset y2tics\nset ytics mirror\n"
             "unset logscale y\nset format y '%g'\n"
          << "set key bottom right\nset yrange [0:" << ceiling << "]\n"
-         << "set ylabel '" << MeasureUnit(summary.observability.trigger_measure) << "'\n"
+         << "set ylabel '" << MeasureLabel(summary.observability.trigger_measure) << "'\n"
          << "plot 'samples.csv' using 1:9 every ::1 with lines lw 2 lc rgb '#15803d' title "
             "'trigger value', "
          << threshold

@@ -104,4 +104,18 @@ const char* Name(ActiveReason reason) noexcept {
   return "UNKNOWN";
 }
 
+const char* Name(TriggerMeasure measure) noexcept {
+  switch (measure) {
+    case TriggerMeasure::kGeometricMean:
+      return "w_c^(1/s)";
+    case TriggerMeasure::kCompositeW:
+      return "w_c";
+    case TriggerMeasure::kSigmaMin:
+      return "sigma_min";
+    case TriggerMeasure::kInverseCondition:
+      return "1/cond";
+  }
+  return "UNKNOWN";
+}
+
 }  // namespace vantage

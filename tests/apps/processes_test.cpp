@@ -275,8 +275,8 @@ TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
   EXPECT_EQ(code, 0) << text;
   EXPECT_NE(text.find("converged after"), std::string::npos) << text;
   EXPECT_NE(text.find("tools/spy"), std::string::npos);
-  for (const char* name :
-       {"run.png", "first.png", "last.png", "summary.json", "samples.csv", "events.lcm"}) {
+  for (const char* name : {"run.png", "first.png", "last.png", "summary.json", "samples.csv",
+                           "events.lcm", "report.html", "camera.mp4", "report/measures.png"}) {
     EXPECT_TRUE(std::filesystem::exists(RunFolder() / name)) << name;
     EXPECT_GT(std::filesystem::file_size(RunFolder() / name), 500u) << name;
   }

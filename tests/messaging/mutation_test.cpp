@@ -162,6 +162,10 @@ bool Sound(const ServoRecord& value) {
   }
   return value.lost >= 0;
 }
+bool Sound(const PandaStatus& value) {
+  return value.q.size() >= 1 && value.q.size() == value.qdot.size() && value.q.allFinite() &&
+         value.qdot.allFinite() && std::string(Name(value.mode)) != "UNKNOWN";
+}
 bool Sound(const ServoSetup& value) {
   return value.start >= Time{} && value.scenario.size() < kMaxRecordBytes;
 }
@@ -188,7 +192,7 @@ void Bombard(const Value& sample, int mutations, unsigned seed, Tally* tally) {
 }
 
 TEST(MutatedMessages, AreRefusedOrSound) {
-  const int share = NumMutations() / 10;
+  const int share = NumMutations() / 11;
   Tally tally;
   Bombard(test::SampleJointState(), share, 1, &tally);
   Bombard(test::SampleJointCommand(), share, 2, &tally);
@@ -200,6 +204,7 @@ TEST(MutatedMessages, AreRefusedOrSound) {
   Bombard(test::SampleGroundTruth(), share, 8, &tally);
   Bombard(test::SampleServoRecord(), share, 9, &tally);
   Bombard(test::SampleServoSetup(), share, 10, &tally);
+  Bombard(test::SamplePandaStatus(), share, 11, &tally);
 
   // The bombardment is worth its time only if it reaches every check it can reach: those on size and
   // order are not within a message, and the guard leaves nothing for LCM's own decoder to refuse.

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "vantage/messaging/codec.h"
+#include "vantage/messaging/panda.h"
 
 /// @file
 /// One value of each message type with every field set to something of its own.
@@ -161,6 +162,16 @@ inline ServoSetup SampleServoSetup() {
   value.scenario_name = "some-scenario";
   value.scenario = "robot:\n  name: x\n";
   value.active_camera = false;
+  return value;
+}
+
+inline PandaStatus SamplePandaStatus() {
+  PandaStatus value;
+  value.stamp = FromMicroseconds(1'000'000);
+  value.q = JointVector::LinSpaced(7, -1.0, 1.0);
+  value.qdot = JointVector::LinSpaced(7, 0.1, 0.7);
+  value.mode = PandaMode::kMove;
+  value.velocity_control = true;
   return value;
 }
 

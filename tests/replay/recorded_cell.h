@@ -60,6 +60,9 @@ class RecordedCell {
       period.camera_step = record_steps_;
       pending_.reset();
     }
+    if (inputs.has_joints) Log(kJointStateChannel, inputs.joints);
+    if (inputs.has_pose) Log(kCameraPoseChannel, inputs.pose);
+    if (inputs.has_features) Log(kImageFeaturesChannel, inputs.features);
     const ServoOutput& output = RunPeriod(&servo_, inputs);
     period.seq = output.status.seq;
     q_ += 0.002 * output.command.qdot;

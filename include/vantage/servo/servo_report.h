@@ -49,6 +49,7 @@ enum class HoldReason : int {
 [[nodiscard]] const char* Name(LowCause cause) noexcept;
 [[nodiscard]] const char* Name(ActiveState state) noexcept;
 [[nodiscard]] const char* Name(ActiveReason reason) noexcept;
+[[nodiscard]] const char* Name(TriggerMeasure measure) noexcept;  ///< "w_c^(1/s)", "w_c", ...
 
 /// Live observability: content of the OBSERVABILITY channel.
 struct ObservabilityReport {

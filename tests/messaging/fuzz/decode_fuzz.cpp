@@ -61,6 +61,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 8:
       TryDecode(test::SampleServoSetup(), help, bytes);
       break;
+    case 9:
+      TryDecode(test::SamplePandaStatus(), help, bytes);
+      break;
     default:
       TryDecode(test::SampleCameraImage(), help, bytes);
   }

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+/// @file
+/// A report on an event log, for people: one HTML file that needs nothing else, and its parts beside it.
+
+namespace vantage {
+
+struct LogReportOptions {
+  std::string prefix;  ///< Of the channels in the log.
+  std::string
+      scenario;      ///< Name or path, instead of what the log says of itself; empty: the log's.
+  bool csv{true};    ///< Tables of every channel.
+  bool video{true};  ///< The camera's view, when the log holds images.
+};
+
+struct LogReport {
+  std::vector<std::string> files;    ///< Relative to the folder, the page first.
+  std::vector<std::string> remarks;  ///< What could not be done, and why.
+};
+
+/// Writes folder/report.html, the pictures in it as folder/report/*.png, *.svg and *.gp (gnuplot), the video
+/// as folder/camera.mp4 and the tables as folder/csv/*.csv. The folder is made.
+///
+/// Throws Error when the log cannot be read, holds nothing of ours, or a file cannot be written; ConfigError
+/// when the scenario does not load.
+LogReport WriteLogReport(const std::string& log_path, const std::string& folder,
+                         const LogReportOptions& options = {});
+
+}  // namespace vantage
