@@ -2,7 +2,8 @@
 // OpenCV and a bare memset of the buffers, in one run.
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -19,7 +20,8 @@
 #include "vantage/robot/kinematics.h"
 #include "vantage/servo/servo.h"
 #include "vantage/vision/marker_tracker.h"
-#include "vantage/vision/visp_dot.h"
+#include "vision_detectors.h"
+#include "vision_study.h"
 
 namespace {
 
@@ -183,55 +185,13 @@ void Render(benchmark::State& state, Cells* cells, const Size& size, int triangl
   }
 }
 
-using Detector = void (*)(const GreyView&, const CameraModel&, const std::vector<MarkerPrediction>&,
-                          MarkerDetections*);
-
-void DetectOurs(const GreyView& image, const CameraModel& camera,
-                const std::vector<MarkerPrediction>& predictions, MarkerDetections* detections) {
-  DetectMarkers(image, camera, predictions, {}, detections);
-}
-
-void DetectVisp(const GreyView& image, const CameraModel& camera,
-                const std::vector<MarkerPrediction>& predictions, MarkerDetections* detections) {
-  DetectWithVispDot(image, camera, predictions, {}, detections);
-}
-
-// The usual way with OpenCV: Otsu's threshold in the marker's window, contours, the moments of the one
-// whose size is nearest to the prediction.
-void DetectOpenCv(const GreyView& image, const CameraModel& camera,
-                  const std::vector<MarkerPrediction>& predictions, MarkerDetections* detections) {
-  const cv::Mat whole(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
-                      static_cast<std::size_t>(image.stride));
-  detections->clear();
-  cv::Mat binary;
-  std::vector<std::vector<cv::Point>> contours;
-  for (const MarkerPrediction& prediction : predictions) {
-    const PixelWindow w = Clip(SearchWindow(prediction, {}), image.width, image.height);
-    cv::threshold(whole(cv::Rect(w.u, w.v, w.width, w.height)), binary, 0, 255,
-                  (prediction.dark ? cv::THRESH_BINARY_INV : cv::THRESH_BINARY) | cv::THRESH_OTSU);
-    cv::findContours(binary, contours, cv::RETR_LIST, cv::CHAIN_APPROX_NONE);
-    MarkerDetection detection;
-    detection.id = prediction.id;
-    double best = 0.3 * prediction.image.area;
-    for (const auto& contour : contours) {
-      const cv::Moments m = cv::moments(contour);
-      if (std::abs(m.m00 - prediction.image.area) >= best) continue;
-      best = std::abs(m.m00 - prediction.image.area);
-      detection.fault = MarkerFault::kNone;
-      detection.centroid << w.u + m.m10 / m.m00, w.v + m.m01 / m.m00;
-      detection.pixel = PublishedPixel(camera, prediction.image, detection.centroid);
-    }
-    detections->push_back(detection);
-  }
-}
-
 // Each must have found all dots, or its time says nothing.
 bool AllFound(const MarkerDetections& detections) {
   return std::all_of(detections.begin(), detections.end(),
                      [](const MarkerDetection& d) { return d.valid(); });
 }
 
-void Detect(benchmark::State& state, Cells* cells, const Size& size, Detector detector) {
+void Detect(benchmark::State& state, Cells* cells, const Size& size, bench::Detector detector) {
   Cell& cell = cells->Of(size, 5000);
   const CameraModel& camera = cell.scenario.task.view.camera;
   MarkerDetections detections;
@@ -322,9 +282,55 @@ void PixelsToCommand(benchmark::State& state, Cells* cells, const Size& size, in
   }
 }
 
+// ---- The study ---------------------------------------------------------------------------------
+
+// Its counters; the time is that of one image's detection.
+class Study {
+ public:
+  void Report(benchmark::State& state, const bench::Condition& condition, std::size_t detector) {
+    for (auto _ : state) {
+      std::vector<bench::StudyResult>& results = results_[condition.name];
+      if (results.empty()) results = bench::RunStudy(condition);
+      state.SetIterationTime(1e-6 * results[detector].microseconds);
+    }
+    const bench::StudyResult& result = results_[condition.name][detector];
+    state.counters["mean_px"] = result.mean_error;
+    state.counters["max_px"] = result.max_error;
+    state.counters["found"] = static_cast<double>(result.found) / std::max(1, result.whole);
+    state.counters["damaged"] = result.damaged;
+    state.counters["bad_accepted"] = result.bad_accepted;
+  }
+
+  void PrintTable() const {
+    if (results_.empty()) return;
+    std::printf(
+        "\nAgainst the truth: 120 images of four dots, 640x480\n%-9s %-7s %9s %9s %7s %8s %8s "
+        "%7s\n",
+        "images", "by", "mean px", "max px", "found", "damaged", "accepted", "us");
+    for (const bench::Condition& condition : bench::Conditions()) {
+      const auto results = results_.find(condition.name);
+      if (results == results_.end()) continue;
+      for (std::size_t d = 0; d < results->second.size(); ++d) {
+        const bench::StudyResult& r = results->second[d];
+        std::printf("%-9s %-7s %9.4f %9.4f %5.1f %% %8d %8d %7.1f\n", condition.name.c_str(),
+                    bench::kDetectors[d].name, r.mean_error, r.max_error,
+                    100.0 * r.found / std::max(1, r.whole), r.damaged, r.bad_accepted,
+                    r.microseconds);
+      }
+    }
+    std::printf(
+        "damaged: discs cut by the border or hidden by more than 2 %%; accepted: those of them "
+        "that were\n"
+        "taken for good, and whole ones more than 0.5 px off\n");
+  }
+
+ private:
+  std::map<std::string, std::vector<bench::StudyResult>> results_;
+};
+
 // ---- Registration ------------------------------------------------------------------------------
 
-void Register(Cells* cells) {
+void Register(Cells* cells, Study* study) {
   using benchmark::RegisterBenchmark;
   using benchmark::State;
   for (const Size& size : {Size{320, 240}, Size{640, 480}, Size{1280, 720}}) {
@@ -340,15 +346,21 @@ void Register(Cells* cells) {
                           [=](State& s) { PixelsToCommand(s, cells, size, triangles, scissored); });
       }
     }
-    RegisterBenchmark(("detect/ours" + at).c_str(),
-                      [=](State& s) { Detect(s, cells, size, DetectOurs); });
-    RegisterBenchmark(("detect/vpDot2" + at).c_str(),
-                      [=](State& s) { Detect(s, cells, size, DetectVisp); });
-    RegisterBenchmark(("detect/opencv" + at).c_str(),
-                      [=](State& s) { Detect(s, cells, size, DetectOpenCv); });
+    for (const bench::NamedDetector& detector : bench::kDetectors) {
+      RegisterBenchmark((std::string("detect/") + detector.name + at).c_str(),
+                        [=](State& s) { Detect(s, cells, size, detector.detect); });
+    }
     RegisterBenchmark(("acquire/ours" + at).c_str(), [=](State& s) { Acquire(s, cells, size); });
     RegisterBenchmark(("acquire/opencv" + at).c_str(),
                       [=](State& s) { AcquireOpenCv(s, cells, size); });
+  }
+  for (const bench::Condition& condition : bench::Conditions()) {
+    for (std::size_t d = 0; d < std::size(bench::kDetectors); ++d) {
+      const std::string name = "study/" + condition.name + "/" + bench::kDetectors[d].name;
+      RegisterBenchmark(name.c_str(), [=](State& s) { study->Report(s, condition, d); })
+          ->UseManualTime()
+          ->Iterations(1);
+    }
   }
 }
 
@@ -356,9 +368,11 @@ void Register(Cells* cells) {
 
 int main(int argc, char** argv) {
   Cells cells;
-  Register(&cells);
+  Study study;
+  Register(&cells, &study);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();
+  study.PrintTable();
   return 0;
 }
