@@ -56,6 +56,7 @@ void MarkerTracker::Correct(const std::vector<MarkerPrediction>& predictions, Ti
       const double age = ToSeconds(exposure - own.last_seen);
       offset = own.offset + own.rate * std::min(age, kMaxGapOfRates);
       area_ratio = own.area_ratio;
+      if (own.followed && age < kMaxGapOfRates) prediction.uncertainty = options_.followed_margin;
     } else {
       int known = 0;
       double ratios = 0.0;
@@ -151,10 +152,12 @@ void MarkerTracker::Learn(const std::vector<MarkerPrediction>& predictions, Time
     Track_& track = *Find(detections_[i].id);
     const bool was_seen = track.seen;
     track.seen = detections_[i].valid();
+    track.followed = false;
     if (!track.seen) continue;
     const Vector2d offset = detections_[i].centroid - predictions[i].image.centroid;
     const double gap = ToSeconds(exposure - track.last_seen);
     if (was_seen && gap > 0.0 && gap < kMaxGapOfRates) {
+      track.followed = true;
       track.rate = (offset - track.offset) / gap;
     } else {
       track.rate.setZero();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -25,7 +26,9 @@ struct MarkerPrediction {
   int group{0};
   bool dark{true};
   bool expected{false};  ///< False: by the model the camera cannot see it now.
-  DiscImage image;       ///< Of the disc; not filled in when the marker is behind the camera.
+  /// The disc is not farther from here than this, and not than DetectorOptions::search_margin [px].
+  double uncertainty{std::numeric_limits<double>::infinity()};
+  DiscImage image;  ///< Of the disc; not filled in when the marker is behind the camera.
 };
 
 /// Prediction for a marker fixed to F. `expected` is set when its disc faces the camera (angle between

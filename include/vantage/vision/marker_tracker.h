@@ -12,7 +12,10 @@ struct TrackerOptions {
   DetectorOptions detector;
   AcquisitionOptions acquisition;
   double retry_interval{0.1};  ///< Least time between two searches of the whole image [s].
-  double memory{1.0};          ///< How long a lost marker's own offset is worth anything [s].
+  /// A marker followed over two images is sought this near to its prediction [px]: small windows are what
+  /// makes partial images cheap.
+  double followed_margin{5.0};
+  double memory{1.0};  ///< How long a lost marker's own offset is worth anything [s].
 };
 
 /// Follows markers from image to image: what the model predicts, corrected by how far it was off in
@@ -58,6 +61,8 @@ class MarkerTracker {
     int group{0};
     bool seen{false};   // In the last image.
     bool known{false};  // The offset means something.
+    bool followed{
+        false};  // Seen in the last two images, near one another: the rate means something.
     Time last_seen{};
     Eigen::Vector2d offset{Eigen::Vector2d::Zero()};  // Measured less predicted centroid [px].
     Eigen::Vector2d rate{Eigen::Vector2d::Zero()};    // [px/s].
