@@ -3,22 +3,14 @@
 #include "vantage/robot/kinematics.h"
 
 namespace vantage::sim {
-namespace {
-
-// The arm's markers share the errors of arm and camera; the goal's those of the camera and the prior.
-constexpr int kToolGroup = 0;
-constexpr int kGoalGroup = 1;
-
-}  // namespace
-
 CameraDriver::CameraDriver(Renderer renderer, CameraKnowledge knowledge,
                            const CameraEffects& effects, std::uint64_t seed)
     : renderer_(std::move(renderer)),
       knowledge_(std::move(knowledge)),
       effects_(effects),
-      noise_(effects.noise_grey, seed),
+      chain_({effects.noise_grey, effects.blur, effects.gain_step, effects.gain_period}, seed),
       random_(seed + 1),
-      tracker_(knowledge_.camera, TrackerOptions()) {}
+      tracker_(knowledge_.camera, knowledge_.tracker) {}
 
 void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const SceneState& truth,
                           const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured) {
@@ -28,21 +20,17 @@ void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const Sc
 
   const Eigen::Isometry3d X_CW = X_WC_measured.inverse();
   const Eigen::Isometry3d X_CE = X_CW * EndEffectorPose(knowledge_.arm, q_measured);
-  predictions_.clear();
-  for (const Marker& marker : knowledge_.tool_markers) {
-    predictions_.push_back(PredictMarker(knowledge_.camera, X_CE, marker, kToolGroup));
-  }
-  for (const Marker& marker : knowledge_.goal_markers) {
-    predictions_.push_back(PredictMarker(knowledge_.camera, X_CW, marker, kGoalGroup));
-  }
+  PredictMarkers(knowledge_.camera, X_CW, X_CE, knowledge_.tool_markers, knowledge_.goal_markers,
+                 &predictions_);
 
   const MarkerTracker::SearchPlan& plan = tracker_.Plan(predictions_, now);
+  chain_.Begin(now);
   if (plan.whole_image) {
     renderer_.RenderGrey(X_WC_true, truth, &image_);
-    noise_.Add(&image_);
+    chain_.Apply(&image_);
   } else {
-    renderer_.RenderGrey(X_WC_true, truth, plan.windows, &image_);
-    noise_.Add(&image_, plan.windows);
+    renderer_.RenderGrey(X_WC_true, truth, Grow(plan.windows, chain_.margin()), &image_);
+    chain_.Apply(plan.windows, &image_);
   }
   tracker_.Track(View(image_), predictions_, now);
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "sim/grey_noise.h"
+#include "sim/effects.h"
 #include "sim/render/renderer.h"
 #include "vantage/camera/camera_pose.h"
 #include "vantage/config/sim_options.h"
@@ -21,6 +21,7 @@ struct CameraKnowledge {
   CameraModel camera;                ///< Nominal.
   std::vector<Marker> tool_markers;  ///< In E.
   std::vector<Marker> goal_markers;  ///< In W, where they are believed to be.
+  TrackerOptions tracker;
 };
 
 /// A camera with its driver: takes images of the rendered world at its rate, finds the markers on the
@@ -57,7 +58,7 @@ class CameraDriver {
   Renderer renderer_;
   CameraKnowledge knowledge_;
   CameraEffects effects_;
-  GreyNoise noise_;
+  EffectChain chain_;
   std::mt19937_64 random_;
   MarkerTracker tracker_;
   std::vector<MarkerPrediction> predictions_;

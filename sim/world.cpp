@@ -5,6 +5,7 @@
 #include <random>
 
 #include "sim/render/arm_scene.h"
+#include "sim/render/tag_bodies.h"
 
 namespace vantage::sim {
 namespace {
@@ -41,26 +42,25 @@ Isometry3d PoseError(const SimOptions& options) {
   return Advance(Isometry3d::Identity(), step);
 }
 
-std::vector<Marker> GoalPriors(const Scenario& scenario) {
-  std::vector<Marker> markers = scenario.sim.goal_markers;
-  for (std::size_t i = 0; i < markers.size(); ++i) markers[i].p = scenario.task.goal.p_WG[i];
-  return markers;
-}
-
 CameraDriver MakeCamera(const Scenario& scenario) {
   const ViewModel& view = scenario.task.view;
   return {MakeRenderer(scenario),
-          {view.arm, view.camera, view.markers, GoalPriors(scenario)},
+          {view.arm, view.camera, view.markers, BelievedGoalMarkers(scenario), scenario.vision},
           scenario.sim.camera,
           SeedOf(scenario.sim, Stream::kCamera)};
 }
 
 }  // namespace
 
-Renderer MakeRenderer(const Scenario& scenario) {
+Renderer MakeRenderer(const Scenario& scenario, std::vector<std::string>* warnings) {
   const ViewModel& view = scenario.task.view;
-  return {MakeGlContext(GlBackend::kOsmesa), TrueCamera(scenario),
-          MakeArmScene(view.arm, view.markers, scenario.sim.goal_markers)};
+  // Corners of tags are no dots.
+  const std::vector<Marker> dots = scenario.tags.empty() ? view.markers : std::vector<Marker>();
+  Scene scene = MakeArmScene(view.arm, dots, scenario.sim.goal_markers, {}, warnings);
+  AddTags(scenario.tags, &scene);
+  return {MakeGlContext(scenario.sim.renderer == RendererBackend::kEgl ? GlBackend::kEgl
+                                                                       : GlBackend::kOsmesa),
+          TrueCamera(scenario), std::move(scene)};
 }
 
 World::World(const Scenario& scenario, Time start)

@@ -1,17 +1,24 @@
 // vantage-run [SCENARIO]: runs a scenario to its end and leaves a run folder behind.
 
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 
 #include "app.h"
 #include "run_lockstep.h"
 #include "run_processes.h"
+#include "sim/render/arm_scene.h"
 #include "vantage/config/config_text.h"
+#include "vantage/config/robot_task.h"
+#include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
 
 struct Arguments {
   std::string scenario = kDefaultScenario;
+  RobotTask robot;      // Where robot.robot is not empty, the scenario is written for it.
+  std::string markers;  // A number or a file.
   std::string camera = "active";
   std::string out = "runs";
   std::optional<std::uint64_t> seed;
@@ -31,15 +38,58 @@ int List() {
   return kExitOk;
 }
 
+// The scenario as text, and its name.
+struct Source {
+  ConfigText text;
+  std::string name;
+};
+
+Source WriteScenario(const Arguments& arguments) {
+  RobotTask task = arguments.robot;
+  if (!arguments.markers.empty()) {
+    const bool number = arguments.markers.find_first_not_of("0123456789") == std::string::npos;
+    if (number && arguments.markers.size() <= 3) {
+      task.marker_count = std::stoi(arguments.markers);
+      if (task.marker_count == 0) throw ConfigError("", "markers", "must be at least 1");
+    } else {
+      task.marker_file = arguments.markers;
+    }
+  }
+  const std::string name = std::filesystem::path(task.robot).stem().string();
+  return {{"scenario written for " + task.robot, "", WriteScenarioFor(task)}, name};
+}
+
+void PrintRemarks(const Scenario& scenario) {
+  for (const std::string& warning : scenario.remarks.warnings) {
+    std::cerr << "vantage-run: warning: " << warning << '\n';
+  }
+  std::vector<std::string> unreadable;
+  (void)sim::MakeArmBodies(scenario.task.view.arm, {}, &unreadable);
+  for (const std::string& warning : unreadable) {
+    std::cerr << "vantage-run: warning: " << warning << '\n';
+  }
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.list) return List();
   // Everything is checked before anything is started or written.
-  Scenario scenario = LoadScenario(arguments.scenario);
+  const bool own_robot = !arguments.robot.robot.empty();
+  std::optional<Source> written;
+  if (own_robot) written = WriteScenario(arguments);
+  Scenario scenario =
+      own_robot ? ReadScenario(written->text, written->name) : LoadScenario(arguments.scenario);
+  PrintRemarks(scenario);
   if (arguments.camera == "fixed") scenario.active.enabled = false;
   if (arguments.seed) scenario.sim.seed = *arguments.seed;
   if (arguments.time_limit) scenario.time_limit = *arguments.time_limit;
 
   const RunFolder folder(arguments.out, scenario.name);
+  std::string scenario_path = arguments.scenario;
+  if (own_robot) {
+    // In the run folder: what the processes read, and a start for the user's own changes.
+    scenario_path = folder.File("scenario.yaml");
+    std::ofstream(scenario_path) << written->text.text;
+  }
   RunConsole console(arguments.quiet);
   console.Begin(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +
                 (arguments.lockstep ? ", simulated time)" : ")"));
@@ -48,7 +98,7 @@ int Run(const Arguments& arguments) {
     outcome = RunInLockstep(scenario, folder, &console);
   } else {
     ProcessRunOptions options;
-    options.scenario = arguments.scenario;
+    options.scenario = scenario_path;
     options.fixed_camera = !scenario.active.enabled;
     options.seed = arguments.seed;
     options.image_rate = arguments.image_rate;
@@ -58,7 +108,8 @@ int Run(const Arguments& arguments) {
   const std::string trouble = folder.Write(outcome.summary, outcome.samples);
   console.End(outcome.summary, folder.path().string() +
                                    "/: run.png, first.png, last.png, summary.json, samples.csv" +
-                                   (arguments.lockstep ? "" : ", events.lcm"));
+                                   (arguments.lockstep ? "" : ", events.lcm") +
+                                   (own_robot ? ", scenario.yaml" : ""));
   if (!trouble.empty()) std::cerr << "vantage-run: no picture: " << trouble << '\n';
   return outcome.summary.converged ? kExitOk : kExitNotReached;
 }
@@ -75,6 +126,21 @@ int main(int argc, char** argv) {
       "vantage-run");
   app.add_option("scenario", arguments.scenario, "Built-in scenario (see --list) or a YAML file")
       ->capture_default_str();
+  app.add_option("--robot", arguments.robot.robot,
+                 "Writes a scenario for this arm and runs it: a URDF or robot file, or a built-in "
+                 "robot; the scenario is left in the run folder")
+      ->excludes("scenario");
+  app.add_option(
+         "--markers", arguments.markers,
+         "With --robot: how many dots to put on the end effector, or a YAML file with a list "
+         "`markers`")
+      ->needs("--robot");
+  app.add_option("--base-link", arguments.robot.base_link,
+                 "With --robot: first link of the arm in a URDF file")
+      ->needs("--robot");
+  app.add_option("--tip-link", arguments.robot.tip_link,
+                 "With --robot: last link of the arm in a URDF file")
+      ->needs("--robot");
   app.add_flag("--list", arguments.list, "Lists the built-in scenarios and ends");
   app.add_option("--camera", arguments.camera, "active: moves to better views; fixed: stays")
       ->check(CLI::IsMember({"active", "fixed"}))

@@ -295,6 +295,19 @@ MarkerPrediction PredictMarker(const CameraModel& camera, const Isometry3d& X_CF
   return prediction;
 }
 
+void PredictMarkers(const CameraModel& camera, const Isometry3d& X_CW, const Isometry3d& X_CE,
+                    const std::vector<Marker>& tool_markers,
+                    const std::vector<Marker>& goal_markers,
+                    std::vector<MarkerPrediction>* predictions) {
+  predictions->clear();
+  for (const Marker& marker : tool_markers) {
+    predictions->push_back(PredictMarker(camera, X_CE, marker, kToolGroup));
+  }
+  for (const Marker& marker : goal_markers) {
+    predictions->push_back(PredictMarker(camera, X_CW, marker, kGoalGroup));
+  }
+}
+
 Vector2d PublishedPixel(const CameraModel& camera, const DiscImage& predicted,
                         const Vector2d& centroid) noexcept {
   return UndistortPixel(camera, centroid) + predicted.centre -

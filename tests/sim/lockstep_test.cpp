@@ -21,7 +21,8 @@ TEST_P(BuiltInScenario, ConvergesWithTheActiveCamera) {
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltInScenario,
                          ::testing::Values("planar-good-view", "planar-grazing-view",
-                                           "puma3-bad-view", "puma560-bad-view"),
+                                           "puma3-bad-view", "puma560-bad-view", "ur5-bad-view",
+                                           "panda-bad-view", "ur5-apriltag"),
                          [](const auto& test) {
                            std::string name = test.param;
                            for (char& c : name) c = c == '-' ? '_' : c;

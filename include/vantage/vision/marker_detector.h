@@ -37,6 +37,19 @@ struct MarkerPrediction {
                                              const Eigen::Isometry3d& X_CF, const Marker& marker,
                                              int group, double max_incidence = 1.4) noexcept;
 
+/// Groups of markers in predictions: the arm's markers share the errors of arm and camera, the goal's those
+/// of the camera and the prior.
+enum MarkerGroup : int { kToolGroup = 0, kGoalGroup = 1 };
+
+/// Predictions for the markers of a cell: the end effector's, then the goal's.
+///
+/// @param X_CW, X_CE    World and end effector in the camera's frame.
+/// @param predictions   Replaced; its capacity is kept.
+void PredictMarkers(const CameraModel& camera, const Eigen::Isometry3d& X_CW,
+                    const Eigen::Isometry3d& X_CE, const std::vector<Marker>& tool_markers,
+                    const std::vector<Marker>& goal_markers,
+                    std::vector<MarkerPrediction>* predictions);
+
 struct DetectorOptions {
   DiscOptions disc;
   double search_margin{12.0};   ///< A disc may be this far from its prediction [px].

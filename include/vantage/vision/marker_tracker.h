@@ -1,14 +1,24 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "vantage/math/time.h"
+#include "vantage/vision/april_tag.h"
 #include "vantage/vision/marker_detector.h"
 
 namespace vantage {
 
+/// Which detector measures the markers.
+enum class DetectorKind {
+  kDisc,     ///< DetectMarkers(): our own.
+  kVispDot,  ///< ViSP's vpDot2; dots are named, and found anew, as by kDisc.
+  kAprilTag,  ///< Corners of AprilTags through ViSP: see april_tag.h for their ids. Reads whole images.
+};
+
 struct TrackerOptions {
+  DetectorKind kind{DetectorKind::kDisc};
   DetectorOptions detector;
   AcquisitionOptions acquisition;
   double retry_interval{0.1};  ///< Least time between two searches of the whole image [s].
@@ -69,6 +79,7 @@ class MarkerTracker {
     double area_ratio{1.0};                           // Measured by predicted.
   };
 
+  void Detect(const GreyView& image, bool whole_image, Time exposure);
   void Correct(const std::vector<MarkerPrediction>& predictions, Time exposure);
   [[nodiscard]] bool WantsWholeImage(Time exposure) const;
   void Learn(const std::vector<MarkerPrediction>& predictions, Time exposure);
@@ -76,6 +87,7 @@ class MarkerTracker {
 
   CameraModel camera_;
   TrackerOptions options_;
+  std::optional<TagDetector> tags_;
   std::vector<Track_> tracks_;
   std::vector<MarkerPrediction> corrected_;
   MarkerDetections detections_;
