@@ -1,6 +1,6 @@
 #include "sim/render/tag_bodies.h"
 
-#include <opencv2/core/version.hpp>
+#include <opencv2/core.hpp>
 #if CV_VERSION_MAJOR > 4 || (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7)
 #include <opencv2/objdetect/aruco_dictionary.hpp>
 #else
@@ -33,6 +33,8 @@ cv::Mat CellsOf(int id) {
   cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11)
       ->drawMarker(id, kCells, cells, 1);
 #endif
+  // OpenCV's pictures of this family stand on their heads, compared with AprilTag's own.
+  cv::rotate(cells, cells, cv::ROTATE_180);
   return cells;
 }
 

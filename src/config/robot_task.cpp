@@ -433,6 +433,34 @@ std::string RobotEntry(const RobotTask& task) {
   return entry + "}";
 }
 
+// Worst motion of a marker that one pixel may hide at the goal, seen by the task's camera [mm/px].
+double GoalMillimetresPerPixel(const ArmModel& arm, const Task& task) {
+  const ViewModel view = MakeView(arm, task.markers);
+  const ArmSample goal = SampleArm(view, task.q_goal);
+  const Isometry3d X_WC = SphericalPose(RigOrientation::kLookAt, task.target, task.q_c);
+  std::vector<PointJacobian> points;
+  for (const Marker& marker : task.markers) {
+    points.push_back(
+        PointJacobianOf(goal.kinematics.J_WE_W, goal.kinematics.X_WE.linear() * marker.p));
+  }
+  return WorstMillimetresPerPixel(Decompose(CompositeJacobian(view, goal, X_WC)), points);
+}
+
+// What a view must certify: what is usual, but not more than the task's own camera gives.
+std::string CertificateEntry(const ArmModel& arm, double reach, const Task& task) {
+  const double offered = GoalMillimetresPerPixel(arm, task);
+  if (!std::isfinite(offered)) {
+    return "  # So few markers do not show every motion of this arm: no view can certify its "
+           "goal.\n"
+           "  convergence: {max_mm_per_px: 1e6}\n";
+  }
+  std::ostringstream text;
+  text << std::setprecision(3)
+       << "  convergence: {max_mm_per_px: " << std::max(8.0 * std::max(1.0, reach), 1.5 * offered)
+       << "}\n";
+  return text.str();
+}
+
 std::string Text(const RobotTask& robot, const ArmModel& arm, double reach, const Task& task) {
   const ViewLimits limits = LimitsFor(reach);
   const double speed = std::clamp(0.35 * reach, 0.05, 0.4);
@@ -471,8 +499,7 @@ std::string Text(const RobotTask& robot, const ArmModel& arm, double reach, cons
        << "  view_limits: {min_depth: " << limits.min_depth << ", max_depth: " << limits.max_depth
        << "}\n"
        << "servo:\n"
-       << "  convergence: {max_mm_per_px: " << 8.0 * std::max(1.0, reach) << "}\n"
-       << "goal:\n"
+       << CertificateEntry(arm, reach, task) << "goal:\n"
        << "  joints: " << List(task.q_goal) << "\n"
        << "sim:\n"
        << "  start_joints: " << List(task.q_start) << "\n"
