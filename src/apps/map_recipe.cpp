@@ -185,8 +185,8 @@ JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noe
   return (1.0 - share) * waypoints[line] + share * waypoints[line + 1];
 }
 
-MapRecipe FindMapRecipe(const std::string& name_or_path) {
-  const Section root = ParseConfig(FindConfigText(ConfigKind::kRecipe, name_or_path));
+MapRecipe FindMapRecipe(const std::string& name_or_path, SchemaRecorder* recorder) {
+  const Section root = ParseConfig(FindConfigText(ConfigKind::kRecipe, name_or_path), recorder);
   MapRecipe recipe{LoadMeasureSetup(root), "", "", "", {}, {}, {}, false, 30.0};
   recipe.setup.name = std::filesystem::path(name_or_path).stem().string();
   recipe.waypoints = LoadWaypoints(root, recipe.setup.arm);

@@ -48,7 +48,9 @@ struct MapRecipe {
 };
 
 /// A recipe file, or a built-in one by its name. Throws ConfigError with file, line and key.
-[[nodiscard]] MapRecipe FindMapRecipe(const std::string& name_or_path);
+/// @param recorder  Told of each key that is read (for the reference); may be null.
+[[nodiscard]] MapRecipe FindMapRecipe(const std::string& name_or_path,
+                                      SchemaRecorder* recorder = nullptr);
 
 /// Joints along straight lines between the waypoints, t in [0, 1] over lines of equal share.
 /// @pre waypoints.size() >= 2.

@@ -169,14 +169,13 @@ ArmModel FindRobot(const std::string& name_or_path, const std::string& folder,
   return arm;
 }
 
-ArmModel LoadRobotUnder(const Section& parent, const std::string& key, SchemaRecorder* recorder,
-                        RobotRemarks* remarks) {
+ArmModel LoadRobotUnder(const Section& parent, const std::string& key, RobotRemarks* remarks) {
   const std::string help =
       "The arm: a built-in one, a robot file (YAML or URDF), or its description.";
   if (parent.FormOf(key) == Section::Form::kMapping) {
     return LoadRobot(parent.Child(key, help), remarks);
   }
-  return FindRobot(parent.Text(key, kRequired, help), parent.folder(), recorder, remarks);
+  return FindRobot(parent.Text(key, kRequired, help), parent.folder(), nullptr, remarks);
 }
 
 JointVector LoadJoints(const Section& parent, const std::string& key, const ArmModel& arm,

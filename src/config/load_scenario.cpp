@@ -270,9 +270,8 @@ void LoadGoal(const Section& section, Scenario* scenario) {
   scenario->task.goal.prior_sigma = 1e-6;
 }
 
-ViewModel LoadView(const Section& root, const std::vector<Tag>& tags, SchemaRecorder* recorder,
-                   RobotRemarks* remarks) {
-  const ArmModel arm = LoadRobotUnder(root, "robot", recorder, remarks);
+ViewModel LoadView(const Section& root, const std::vector<Tag>& tags, RobotRemarks* remarks) {
+  const ArmModel arm = LoadRobotUnder(root, "robot", remarks);
   const CameraModel camera = LoadCamera(root.OptionalChild("camera", "Intrinsics of the camera."));
   std::vector<Marker> markers;
   for (const Tag& tag : tags) {
@@ -308,7 +307,7 @@ Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRec
       LoadVision(root.OptionalChild("vision", "How markers are found in images."));
   const std::vector<Tag> tags =
       vision.kind == DetectorKind::kAprilTag ? LoadTags(root) : std::vector<Tag>();
-  const ViewModel view = LoadView(root, tags, recorder, &remarks);
+  const ViewModel view = LoadView(root, tags, &remarks);
   const RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
   Scenario scenario{name, description, {view, {}}, rig.rig, rig.q_c_start, {},  {},
                     60.0, {},          {},         remarks, vision,        tags};

@@ -24,13 +24,12 @@ constexpr int kImages = 20;
 class Camera {
  public:
   Camera() : hub_(AnyPort()), link_({hub_.url(), ""}) {
-    link_.Subscribe<ImageFeatures>(
-        kImageFeaturesChannel,
-        [this](const ImageFeatures& v) {
-          const std::lock_guard lock(mutex_);
-          features_.push_back(v);
-        },
-        {Delivery::kEvery, {}});
+    link_.Subscribe<ImageFeatures>(kImageFeaturesChannel,
+                                   [this](const ImageFeatures& v) {
+                                     const std::lock_guard lock(mutex_);
+                                     features_.push_back(v);
+                                   },
+                                   {Delivery::kEvery, {}});
     link_.Start();
   }
 
@@ -90,8 +89,8 @@ TEST(CameraProgram, PlaysASequenceToItsEndAndSaysSo) {
                 cv::Mat(image.height, image.width, CV_8U, image.pixels.data()));
   }
   const auto [code, text] =
-      camera.Run({"planar-good-view", "--source", (camera.folder() / "%03d.png").string(),
-                  "--rate", "50", "--image-rate", "0"});
+      camera.Run({"planar-good-view", "--source", (camera.folder() / "%03d.png").string(), "--rate",
+                  "50", "--image-rate", "0"});
   EXPECT_EQ(code, 0) << text;
   EXPECT_NE(text.find("end of image sequence"), std::string::npos) << text;
   EXPECT_NE(text.find("after 20 images, 20 of them with every marker"), std::string::npos) << text;

@@ -222,8 +222,8 @@ TEST_F(RunTest, AMissingMeshIsAWarningAndACapsule) {
   urdf << in.rdbuf();
   const std::string path = (folder_ / "my.urdf").string();
   std::ofstream(path) << urdf.str();  // Its meshes stay behind.
-  const auto [code, text] = RunProgram({"--robot", path, "--lockstep", "--time-limit", "1", "--out",
-                                        (folder_ / "runs").string()});
+  const auto [code, text] = RunProgram(
+      {"--robot", path, "--lockstep", "--time-limit", "1", "--out", (folder_ / "runs").string()});
   EXPECT_EQ(code, 1) << text;
   EXPECT_NE(text.find("warning: "), std::string::npos) << text;
   EXPECT_NE(text.find("forearm.dae"), std::string::npos) << text;

@@ -119,8 +119,8 @@ TEST(Playback, OfAVideoGivesTheSameFeatures) {
 }
 
 TEST(Playback, OfWhatIsNotThereNamesIt) {
-  for (const char* source : {"/no/such/file.avi", "/dev/video97", "97", "nonsense ! appsink",
-                             "/no/such/%05d.png"}) {
+  for (const char* source :
+       {"/no/such/file.avi", "/dev/video97", "97", "nonsense ! appsink", "/no/such/%05d.png"}) {
     try {
       (void)OpenVideo(source);
       ADD_FAILURE() << source;

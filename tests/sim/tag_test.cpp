@@ -49,8 +49,8 @@ TEST(RenderedTags, CornersAreWhereTheModelPutsThem) {
   MarkerDetections detections;
   for (int i = 0; i < 25; ++i) {
     const Vector3d eye(0.25 * uniform(random), 0.25 * uniform(random), 0.5 + 0.1 * uniform(random));
-    const Isometry3d X_WC =
-        test::LookAt(eye, 0.02 * Vector3d(uniform(random), uniform(random), 0), 3 * uniform(random));
+    const Isometry3d X_WC = test::LookAt(eye, 0.02 * Vector3d(uniform(random), uniform(random), 0),
+                                         3 * uniform(random));
     renderer.RenderGrey(X_WC, {}, &image);
     chain.Begin(Time{});
     chain.Apply(&image);
@@ -90,16 +90,16 @@ TEST(RenderedTags, AreFollowedByTheTrackerAndRefusedFarFromTheirPlace) {
   }
   // Another tag's names are not found, and a tag far from where it should be is not taken.
   for (MarkerPrediction& prediction : predictions) prediction.id += 4;
-  for (const MarkerDetection& d : MarkerTracker(renderer.camera(), options)
-                                      .Track(View(image), predictions, Time{})) {
+  for (const MarkerDetection& d :
+       MarkerTracker(renderer.camera(), options).Track(View(image), predictions, Time{})) {
     EXPECT_EQ(d.fault, MarkerFault::kNotFound);
   }
   for (MarkerPrediction& prediction : predictions) {
     prediction.id -= 4;
     prediction.image.centre.x() += 60.0;
   }
-  for (const MarkerDetection& d : MarkerTracker(renderer.camera(), options)
-                                      .Track(View(image), predictions, Time{})) {
+  for (const MarkerDetection& d :
+       MarkerTracker(renderer.camera(), options).Track(View(image), predictions, Time{})) {
     EXPECT_FALSE(d.valid());
   }
 }

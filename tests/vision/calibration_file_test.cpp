@@ -17,7 +17,8 @@ class CalibrationFile : public ::testing::Test {
     const std::string path = (folder_.path() / name).string();
     cv::FileStorage file(path, cv::FileStorage::WRITE);
     file << "image_width" << 800 << "image_height" << 600;
-    file << "camera_matrix" << (cv::Mat_<double>(3, 3) << 610.5, 0, 402.25, 0, 612.0, 298.5, 0, 0, 1);
+    file << "camera_matrix"
+         << (cv::Mat_<double>(3, 3) << 610.5, 0, 402.25, 0, 612.0, 298.5, 0, 0, 1);
     file << "distortion_coefficients" << cv::Mat(lens).reshape(1, 1);
     return path;
   }
@@ -47,18 +48,18 @@ TEST_F(CalibrationFile, IsReadAsOpenCvWritesIt) {
 
 TEST_F(CalibrationFile, IsReadAsRosWritesIt) {
   ExpectLens(ReadCalibration(folder_.Write("ros.yaml",
-                                   "image_width: 800\n"
-                                   "image_height: 600\n"
-                                   "camera_name: wrist\n"
-                                   "camera_matrix:\n"
-                                   "  rows: 3\n"
-                                   "  cols: 3\n"
-                                   "  data: [610.5, 0, 402.25, 0, 612.0, 298.5, 0, 0, 1]\n"
-                                   "distortion_model: plumb_bob\n"
-                                   "distortion_coefficients:\n"
-                                   "  rows: 1\n"
-                                   "  cols: 5\n"
-                                   "  data: [-0.28, 0.09, 0.0008, -0.0005, -0.011]\n")));
+                                           "image_width: 800\n"
+                                           "image_height: 600\n"
+                                           "camera_name: wrist\n"
+                                           "camera_matrix:\n"
+                                           "  rows: 3\n"
+                                           "  cols: 3\n"
+                                           "  data: [610.5, 0, 402.25, 0, 612.0, 298.5, 0, 0, 1]\n"
+                                           "distortion_model: plumb_bob\n"
+                                           "distortion_coefficients:\n"
+                                           "  rows: 1\n"
+                                           "  cols: 5\n"
+                                           "  data: [-0.28, 0.09, 0.0008, -0.0005, -0.011]\n")));
 }
 
 TEST_F(CalibrationFile, IsReadAsVispWritesIt) {
@@ -100,8 +101,9 @@ TEST_F(CalibrationFile, IsRefusedWithItsReason) {
   EXPECT_NE(error(size + matrix + "distortion_model: equidistant\n").find("plumb_bob"),
             std::string::npos);
   EXPECT_NE(error("[not, a, mapping").find("bad.yaml"), std::string::npos);
-  EXPECT_NE(test::ConfigErrorOf([] { (void)ReadCalibration("/no/such/file.yaml"); })
-                .find("cannot be read"),
+  EXPECT_NE(test::ConfigErrorOf([] {
+              (void)ReadCalibration("/no/such/file.yaml");
+            }).find("cannot be read"),
             std::string::npos);
 }
 
