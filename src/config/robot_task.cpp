@@ -461,6 +461,10 @@ std::string CertificateEntry(const ArmModel& arm, double reach, const Task& task
   return text.str();
 }
 
+double TriggerThreshold(const Task& task) {
+  return std::min(TriggerOptions().threshold, std::floor(0.6 * std::exp(task.score)));
+}
+
 std::string Text(const RobotTask& robot, const ArmModel& arm, double reach, const Task& task) {
   const ViewLimits limits = LimitsFor(reach);
   const double speed = std::clamp(0.35 * reach, 0.05, 0.4);
@@ -496,6 +500,9 @@ std::string Text(const RobotTask& robot, const ArmModel& arm, double reach, cons
        << "    roll:  {lower_deg: -180, upper_deg: 180, start_deg: 0, max_speed_deg_s: 40, "
           "max_acceleration_deg_s2: 120}\n"
        << "active:\n"
+       << "  # Below what the views along the way offer: a camera that can do no better shall not "
+          "wander.\n"
+       << "  trigger: {threshold: " << TriggerThreshold(task) << "}\n"
        << "  view_limits: {min_depth: " << limits.min_depth << ", max_depth: " << limits.max_depth
        << "}\n"
        << "servo:\n"

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <fstream>
 #include <initializer_list>
-#include <sstream>
+#include <iostream>
+#include <set>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -136,7 +137,41 @@ CameraModel ReadOpenCv(const std::string& path, const std::string& text, int wid
   return camera;
 }
 
-CameraModel ReadVisp(const std::string& path, int width, int height, const std::string& name) {
+// ViSP's parser tells standard output what it finds.
+class QuietOutput {
+ public:
+  QuietOutput() : buffer_(std::cout.rdbuf(nullptr)) {}
+  ~QuietOutput() {
+    std::cout.rdbuf(buffer_);
+    std::cout.clear();
+  }
+  QuietOutput(const QuietOutput&) = delete;
+  QuietOutput& operator=(const QuietOutput&) = delete;
+
+ private:
+  std::streambuf* buffer_;
+};
+
+// The name of the only camera of ViSP's file.
+std::string OnlyName(const std::string& path, const std::string& text) {
+  std::set<std::string> names;
+  const std::string open = "<name>";
+  for (std::size_t at = text.find(open); at != std::string::npos; at = text.find(open, at + 1)) {
+    const std::size_t begin = at + open.size();
+    const std::size_t end = text.find('<', begin);
+    if (end != std::string::npos) names.insert(text.substr(begin, end - begin));
+  }
+  if (names.size() == 1) return *names.begin();
+  std::string known;
+  for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+  throw ConfigError(path, "name",
+                    names.empty() ? "the file names no camera" : "choose one of " + known);
+}
+
+CameraModel ReadVisp(const std::string& path, const std::string& text, int width, int height,
+                     std::string name) {
+  if (name.empty()) name = OnlyName(path, text);
+  const QuietOutput quiet;
   vpXmlParserCamera parser;
   vpCameraParameters parameters;
   const auto parse = [&](vpCameraParameters::vpCameraParametersProjType type) {
@@ -147,7 +182,7 @@ CameraModel ReadVisp(const std::string& path, int width, int height, const std::
   if (!bent && !parse(vpCameraParameters::perspectiveProjWithoutDistortion)) {
     throw ConfigError(
         path, "camera",
-        "has no camera" + (name.empty() ? "" : " named '" + name + "'") +
+        "has no camera named '" + name + "'" +
             (width > 0 ? " of " + std::to_string(width) + "x" + std::to_string(height) + " px"
                        : "") +
             ", or several that differ");
@@ -175,7 +210,8 @@ CameraModel ReadCalibration(const std::string& path, int width, int height,
   const std::string text = ReadText(path);
   const bool is_visp =
       text.find("opencv_storage") == std::string::npos && text.find("<root") != std::string::npos;
-  return is_visp ? ReadVisp(path, width, height, name) : ReadOpenCv(path, text, width, height);
+  return is_visp ? ReadVisp(path, text, width, height, name)
+                 : ReadOpenCv(path, text, width, height);
 }
 
 }  // namespace vantage

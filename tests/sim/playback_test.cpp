@@ -91,7 +91,7 @@ double Play(CameraSource* source) {
 }
 
 TEST(Playback, OfAnImageSequenceGivesTheSameFeatures) {
-  const test::TemporaryFolder folder;
+  const vantage::test::TemporaryFolder folder;
   for (int i = 0; i < kFrames; ++i) {
     char name[32];
     std::snprintf(name, sizeof name, "%05d.png", i);
@@ -103,7 +103,7 @@ TEST(Playback, OfAnImageSequenceGivesTheSameFeatures) {
 }
 
 TEST(Playback, OfAVideoGivesTheSameFeatures) {
-  const test::TemporaryFolder folder;
+  const vantage::test::TemporaryFolder folder;
   const std::string path = (folder.path() / "cell.avi").string();
   {
     cv::VideoWriter writer(path, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 60.0,

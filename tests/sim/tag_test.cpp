@@ -67,7 +67,7 @@ TEST(RenderedTags, CornersAreWhereTheModelPutsThem) {
   }
   EXPECT_EQ(found, 100);
   bias /= found;
-  EXPECT_TRUE(test::Near(bias, Vector2d(0.0, 0.0), 0.03));
+  EXPECT_TRUE(vantage::test::Near(bias, Vector2d(0.0, 0.0), 0.03));
   EXPECT_LT(worst, 0.4);
 }
 
