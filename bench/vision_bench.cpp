@@ -45,10 +45,10 @@ Scenario MakeScenario(const Size& size) {
   const std::string text =
       "robot: puma560\n"
       "markers:\n"
-      "  - {id: 0, position: [0.05, 0.05, 0.02], normal: [0, 0, 1], radius: 0.013}\n"
-      "  - {id: 1, position: [-0.05, 0.05, 0.02], normal: [0, 0, 1], radius: 0.013}\n"
-      "  - {id: 2, position: [-0.05, -0.05, 0.02], normal: [0, 0, 1], radius: 0.013}\n"
-      "  - {id: 3, position: [0.05, -0.05, 0.02], normal: [0, 0, 1], radius: 0.013}\n"
+      "  - {id: 0, position: [0.05, 0.05, 0.02], normal: [0, 0, 1], radius: 0.02}\n"
+      "  - {id: 1, position: [-0.05, 0.05, 0.02], normal: [0, 0, 1], radius: 0.02}\n"
+      "  - {id: 2, position: [-0.05, -0.05, 0.02], normal: [0, 0, 1], radius: 0.02}\n"
+      "  - {id: 3, position: [0.05, -0.05, 0.02], normal: [0, 0, 1], radius: 0.02}\n"
       "features: all_points\n"
       "camera: {width: " +
       w + ", height: " + h + ", fx: " + f +

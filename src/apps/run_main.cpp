@@ -8,6 +8,7 @@
 #include "run_lockstep.h"
 #include "run_processes.h"
 #include "sim/render/arm_scene.h"
+#include "vantage/config/camera_plan_file.h"
 #include "vantage/config/config_text.h"
 #include "vantage/config/robot_task.h"
 #include "vantage/math/error.h"
@@ -23,6 +24,7 @@ struct Arguments {
   std::string out = "runs";
   std::optional<std::uint64_t> seed;
   std::optional<double> time_limit;
+  std::string camera_plan;
   double image_rate = 10.0;
   int priority = 80;
   bool lockstep = false;
@@ -70,6 +72,18 @@ void PrintRemarks(const Scenario& scenario) {
   }
 }
 
+// The scenario with the camera where the plan puts it, as a file in the run folder for all processes.
+std::string WritePlannedScenario(const std::string& scenario_path, const Scenario& scenario,
+                                 const RunFolder& folder) {
+  const std::string path = folder.File(scenario.name + ".yaml");
+  std::ofstream file(path);
+  file << SelfContainedScenario(scenario_path).text << "\n# By --camera-plan.\n"
+       << CameraStartText(scenario.rig, scenario.q_c_start);
+  file.close();
+  if (!file) throw Error(path + ": cannot be written");
+  return path;
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.list) return List();
   // Everything is checked before anything is started or written.
@@ -79,6 +93,8 @@ int Run(const Arguments& arguments) {
   Scenario scenario =
       own_robot ? ReadScenario(written->text, written->name) : LoadScenario(arguments.scenario);
   PrintRemarks(scenario);
+  const bool planned = !arguments.camera_plan.empty();
+  if (planned) scenario.q_c_start = LoadCameraStart(arguments.camera_plan, scenario.rig);
   if (arguments.camera == "fixed") scenario.active.enabled = false;
   if (arguments.seed) scenario.sim.seed = *arguments.seed;
   if (arguments.time_limit) scenario.time_limit = *arguments.time_limit;
@@ -98,7 +114,8 @@ int Run(const Arguments& arguments) {
     outcome = RunInLockstep(scenario, folder, &console);
   } else {
     ProcessRunOptions options;
-    options.scenario = scenario_path;
+    options.scenario =
+        planned ? WritePlannedScenario(scenario_path, scenario, folder) : scenario_path;
     options.fixed_camera = !scenario.active.enabled;
     options.seed = arguments.seed;
     options.image_rate = arguments.image_rate;
@@ -145,6 +162,8 @@ int main(int argc, char** argv) {
   app.add_option("--camera", arguments.camera, "active: moves to better views; fixed: stays")
       ->check(CLI::IsMember({"active", "fixed"}))
       ->capture_default_str();
+  app.add_option("--camera-plan", arguments.camera_plan,
+                 "Starts with the camera where this result of vantage-plan puts it");
   app.add_option("--time-limit", arguments.time_limit,
                  "Gives up after this long [s], instead of the scenario's")
       ->check(CLI::Range(0.1, 86400.0));

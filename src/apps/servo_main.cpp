@@ -110,7 +110,7 @@ class ServoProgram {
  private:
   static TransportOptions JoiningTransport() {
     TransportOptions options;
-    options.join_existing_hub = true;
+    options.join_existing = true;
     return options;
   }
 

@@ -27,6 +27,8 @@ const char* FolderOf(ConfigKind kind) {
       return "measure";
     case ConfigKind::kRecipe:
       return "recipes";
+    case ConfigKind::kProblem:
+      return "problems";
   }
   return "";
 }
@@ -41,6 +43,8 @@ const char* NounOf(ConfigKind kind) {
       return "measurement";
     case ConfigKind::kRecipe:
       return "recipe";
+    case ConfigKind::kProblem:
+      return "problem";
   }
   return "";
 }
