@@ -219,7 +219,7 @@ class CameraProgram {
  private:
   static TransportOptions JoiningTransport() {
     TransportOptions options;
-    options.join_existing_hub = true;
+    options.join_existing = true;
     return options;
   }
 
