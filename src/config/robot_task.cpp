@@ -30,6 +30,7 @@ constexpr double kMarkerSpread = 0.055;  // From the middle of four dots, along 
 constexpr double kLeastTravel = 0.12;    // From start to goal.
 constexpr double kMostTravel = 0.45;
 
+constexpr double kUsualAxisWorth = 0.7;  // Of dots on the likeliest side of the tool, in log w / s.
 constexpr int kPathSamples = 5;
 constexpr double kLargestTurn = 45.0 * kDegree;  // Of the markers from start to goal.
 constexpr double kLowestNormal = -0.35;          // z: rigs look from above.
@@ -383,11 +384,13 @@ std::optional<Task> FindTask(const ArmModel& arm, const Workspace& workspace,
   const double good_enough = std::log(2.0 * TriggerOptions().threshold);
   for (const bool from_above : {true, false}) {
     for (const std::vector<Marker>& markers : choices) {
+      // Dots that look along the tool's usual axis are what a person would glue on.
+      const double advantage = &markers == &choices.front() ? 0.0 : kUsualAxisWorth;
       const ViewModel view = MakeView(arm, markers);
       Validate(view);
       for (const Motion& motion : FindMotions(view, workspace, from_above)) {
         std::optional<Task> task = FindCamera(view, workspace.reach(), motion);
-        if (task && (!best || task->score > best->score)) best = std::move(task);
+        if (task && (!best || task->score > best->score + advantage)) best = std::move(task);
       }
       if (best && best->score > good_enough) return best;
     }

@@ -90,16 +90,16 @@ TEST(RenderedTags, AreFollowedByTheTrackerAndRefusedFarFromTheirPlace) {
   }
   // Another tag's names are not found, and a tag far from where it should be is not taken.
   for (MarkerPrediction& prediction : predictions) prediction.id += 4;
-  for (const MarkerDetection& d :
-       MarkerTracker(renderer.camera(), options).Track(View(image), predictions, Time{})) {
+  MarkerTracker of_another(renderer.camera(), options);
+  for (const MarkerDetection& d : of_another.Track(View(image), predictions, Time{})) {
     EXPECT_EQ(d.fault, MarkerFault::kNotFound);
   }
   for (MarkerPrediction& prediction : predictions) {
     prediction.id -= 4;
     prediction.image.centre.x() += 60.0;
   }
-  for (const MarkerDetection& d :
-       MarkerTracker(renderer.camera(), options).Track(View(image), predictions, Time{})) {
+  MarkerTracker far_off(renderer.camera(), options);
+  for (const MarkerDetection& d : far_off.Track(View(image), predictions, Time{})) {
     EXPECT_FALSE(d.valid());
   }
 }
