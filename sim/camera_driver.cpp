@@ -3,14 +3,6 @@
 #include "vantage/robot/kinematics.h"
 
 namespace vantage::sim {
-namespace {
-
-// The arm's markers share the errors of arm and camera; the goal's those of the camera and the prior.
-constexpr int kToolGroup = 0;
-constexpr int kGoalGroup = 1;
-
-}  // namespace
-
 CameraDriver::CameraDriver(std::unique_ptr<Eye> eye, CameraKnowledge knowledge,
                            const CameraEffects& effects, std::uint64_t seed)
     : eye_(std::move(eye)),
@@ -26,13 +18,8 @@ void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const Jo
 
   const Eigen::Isometry3d X_CW = X_WC_measured.inverse();
   const Eigen::Isometry3d X_CE = X_CW * EndEffectorPose(knowledge_.arm, q_measured);
-  predictions_.clear();
-  for (const Marker& marker : knowledge_.tool_markers) {
-    predictions_.push_back(PredictMarker(knowledge_.camera, X_CE, marker, kToolGroup));
-  }
-  for (const Marker& marker : knowledge_.goal_markers) {
-    predictions_.push_back(PredictMarker(knowledge_.camera, X_CW, marker, kGoalGroup));
-  }
+  PredictMarkers(knowledge_.camera, X_CW, X_CE, knowledge_.tool_markers, knowledge_.goal_markers,
+                 &predictions_);
 
   Pending pending{now + effects_.latency_frames * period, {}};
   eye_->See(now, X_WC_true, q_true, predictions_, &pending.features);

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "sim/effects.h"
 #include "sim/eye.h"
-#include "sim/grey_noise.h"
 #include "sim/render/renderer.h"
 #include "vantage/robot/arm_model.h"
 #include "vantage/vision/marker_tracker.h"
@@ -11,10 +11,9 @@ namespace vantage::sim {
 /// Renders the world, and finds the markers on the pixels.
 class PixelEye final : public Eye {
  public:
-  /// @param nominal      Camera as the detector believes it to be; the renderer has the true one.
-  /// @param noise_grey   Standard deviation of a pixel [grey levels of 255].
-  PixelEye(Renderer renderer, ArmModel arm, const CameraModel& nominal, double noise_grey,
-           std::uint64_t seed);
+  /// @param nominal  Camera as the detector believes it to be; the renderer has the true one.
+  PixelEye(Renderer renderer, ArmModel arm, const CameraModel& nominal,
+           const TrackerOptions& tracker, const ImageEffects& effects, std::uint64_t seed);
 
   void See(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
            const std::vector<MarkerPrediction>& predictions, ImageFeatures* features) override;
@@ -22,7 +21,7 @@ class PixelEye final : public Eye {
  private:
   Renderer renderer_;
   ArmModel arm_;
-  GreyNoise noise_;
+  EffectChain chain_;
   MarkerTracker tracker_;
   GreyImage image_;
 };

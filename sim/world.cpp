@@ -7,6 +7,7 @@
 #include "sim/kinematic_eye.h"
 #include "sim/pixel_eye.h"
 #include "sim/render/arm_scene.h"
+#include "sim/render/tag_bodies.h"
 
 namespace vantage::sim {
 namespace {
@@ -43,12 +44,6 @@ Isometry3d PoseError(const SimOptions& options) {
   return Advance(Isometry3d::Identity(), step);
 }
 
-std::vector<Marker> GoalPriors(const Scenario& scenario) {
-  std::vector<Marker> markers = scenario.sim.goal_markers;
-  for (std::size_t i = 0; i < markers.size(); ++i) markers[i].p = scenario.task.goal.p_WG[i];
-  return markers;
-}
-
 std::unique_ptr<Eye> MakeEye(const Scenario& scenario, std::uint64_t seed) {
   const ViewModel& view = scenario.task.view;
   const CameraEffects& effects = scenario.sim.camera;
@@ -56,25 +51,31 @@ std::unique_ptr<Eye> MakeEye(const Scenario& scenario, std::uint64_t seed) {
     return std::make_unique<KinematicEye>(view.arm, TrueCamera(scenario), view.markers,
                                           scenario.sim.goal_markers, effects.noise_px, seed);
   }
-  return std::make_unique<PixelEye>(MakeRenderer(scenario), view.arm, view.camera,
-                                    effects.noise_grey, seed);
+  return std::make_unique<PixelEye>(
+      MakeRenderer(scenario), view.arm, view.camera, scenario.vision,
+      ImageEffects{effects.noise_grey, effects.blur, effects.gain_step, effects.gain_period}, seed);
 }
 
 CameraDriver MakeCamera(const Scenario& scenario) {
   const ViewModel& view = scenario.task.view;
   const std::uint64_t seed = SeedOf(scenario.sim, Stream::kCamera);
   return {MakeEye(scenario, seed),
-          {view.arm, view.camera, view.markers, GoalPriors(scenario)},
+          {view.arm, view.camera, view.markers, BelievedGoalMarkers(scenario)},
           scenario.sim.camera,
           seed};
 }
 
 }  // namespace
 
-Renderer MakeRenderer(const Scenario& scenario) {
+Renderer MakeRenderer(const Scenario& scenario, std::vector<std::string>* warnings) {
   const ViewModel& view = scenario.task.view;
-  return {MakeGlContext(GlBackend::kOsmesa), TrueCamera(scenario),
-          MakeArmScene(view.arm, view.markers, scenario.sim.goal_markers)};
+  // Corners of tags are no dots.
+  const std::vector<Marker> dots = scenario.tags.empty() ? view.markers : std::vector<Marker>();
+  Scene scene = MakeArmScene(view.arm, dots, scenario.sim.goal_markers, {}, warnings);
+  AddTags(scenario.tags, &scene);
+  return {MakeGlContext(scenario.sim.renderer == RendererBackend::kEgl ? GlBackend::kEgl
+                                                                       : GlBackend::kOsmesa),
+          TrueCamera(scenario), std::move(scene)};
 }
 
 World::World(const Scenario& scenario, Time start)

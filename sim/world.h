@@ -24,7 +24,9 @@ struct WorldView {
 };
 
 /// A renderer of the scenario's scene through its true camera.
-[[nodiscard]] Renderer MakeRenderer(const Scenario& scenario);
+/// @param warnings  Told of each mesh that cannot be read; may be null.
+[[nodiscard]] Renderer MakeRenderer(const Scenario& scenario,
+                                    std::vector<std::string>* warnings = nullptr);
 
 class World {
  public:

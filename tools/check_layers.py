@@ -21,7 +21,7 @@ MODULES = {
     "messaging": ["math", "camera", "robot", "features", "observability", "control", "active", "servo",
                   "runtime"],
     "config": ["math", "camera", "robot", "features", "observability", "control", "active", "servo",
-               "plan"],
+               "plan", "vision"],
     "replay": ["math", "camera", "robot", "features", "observability", "control", "active", "servo",
                "messaging", "config"],
     "report": ["math", "camera", "robot", "runtime", "observability", "features", "control", "active",

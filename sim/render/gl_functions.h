@@ -47,6 +47,7 @@
   F(GETSHADERIV, GetShaderiv)                         \
   F(GETUNIFORMLOCATION, GetUniformLocation)           \
   F(LINKPROGRAM, LinkProgram)                         \
+  F(MAPBUFFERRANGE, MapBufferRange)                   \
   F(PIXELSTOREI, PixelStorei)                         \
   F(READPIXELS, ReadPixels)                           \
   F(RENDERBUFFERSTORAGE, RenderbufferStorage)         \
@@ -64,6 +65,7 @@
   F(UNIFORM4FV, Uniform4fv)                           \
   F(UNIFORMMATRIX3FV, UniformMatrix3fv)               \
   F(UNIFORMMATRIX4FV, UniformMatrix4fv)               \
+  F(UNMAPBUFFER, UnmapBuffer)                         \
   F(USEPROGRAM, UseProgram)                           \
   F(VERTEXATTRIBPOINTER, VertexAttribPointer)         \
   F(VIEWPORT, Viewport)

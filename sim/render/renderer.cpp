@@ -14,6 +14,7 @@
 #include "sim/render/gl_functions.h"
 #include "sim/render/marker_geometry.h"
 #include "sim/render/shaders.h"
+#include "sim/render/visible_triangles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 
@@ -69,46 +70,6 @@ Matrix4f Projection(const CameraModel& camera) {
   P(2, 3) = static_cast<float>(kDepthScale);
   P(3, 2) = 1.0F;
   return P;
-}
-
-float Luminance(const Vector3f& colour) {
-  return colour.dot(Vector3f(0.2126F, 0.7152F, 0.0722F));
-}
-
-// Bounds of the ideal rays through a window: a body outside of them is not in it.
-struct RayBounds {
-  double x0, x1, y0, y1;
-};
-
-RayBounds BoundRays(const CameraModel& camera, const PixelWindow& window) {
-  RayBounds bounds{1e9, -1e9, 1e9, -1e9};
-  constexpr int kSteps = 8;
-  for (int i = 0; i <= kSteps; ++i) {
-    for (int j = 0; j <= kSteps; ++j) {
-      if (i % kSteps != 0 && j % kSteps != 0) continue;  // The rim only.
-      const Vector2d n =
-          ToNormalised(camera, {window.u - 0.5 + window.width * i / double{kSteps},
-                                window.v - 0.5 + window.height * j / double{kSteps}});
-      bounds.x0 = std::min(bounds.x0, n.x());
-      bounds.x1 = std::max(bounds.x1, n.x());
-      bounds.y0 = std::min(bounds.y0, n.y());
-      bounds.y1 = std::max(bounds.y1, n.y());
-    }
-  }
-  if (!camera.distortion.none()) {  // The rim bows outwards between the samples.
-    const double margin = 0.02 * std::max(bounds.x1 - bounds.x0, bounds.y1 - bounds.y0);
-    bounds = {bounds.x0 - margin, bounds.x1 + margin, bounds.y0 - margin, bounds.y1 + margin};
-  }
-  return bounds;
-}
-
-bool SphereMeets(const RayBounds& bounds, const Vector3d& centre_C, double radius) {
-  if (centre_C.z() < -radius) return false;
-  const auto outside = [&](double along, double bound, double side) {
-    return side * (along - bound * centre_C.z()) > radius * std::hypot(1.0, bound);
-  };
-  return !outside(centre_C.x(), bounds.x0, -1.0) && !outside(centre_C.x(), bounds.x1, 1.0) &&
-         !outside(centre_C.y(), bounds.y0, -1.0) && !outside(centre_C.y(), bounds.y1, 1.0);
 }
 
 // Windows to passes: overlapping ones and those that are cheaper together become one.
@@ -251,6 +212,8 @@ class Renderer::Impl {
     SetFixedState();
     MakePrograms();
     for (const Body& body : scene_.bodies) bodies_.push_back(Upload(body.mesh));
+    visible_.emplace(scene_.bodies, scene_.light, camera, kNear);
+    MakeLitBuffer();
     floor_ = Upload(DarkTiles(scene_.floor));
     MakeMarkerBuffer();
     gl_.GenVertexArrays(1, &empty_array_);
@@ -273,14 +236,13 @@ class Renderer::Impl {
     if (image->width != grey_.width || image->height != grey_.height) {
       image->Resize(grey_.width, grey_.height);
     }
-    const PixelWindow all{0, 0, grey_.width, grey_.height};
-    if (windows == nullptr) {
-      DrawGrey(all, /*scissored=*/false);
-      ReadGrey(all, image);
-      return;
+    const std::vector<PixelWindow> passes =
+        windows == nullptr ? std::vector<PixelWindow>{{0, 0, grey_.width, grey_.height}}
+                           : PlanPasses(*windows, grey_.width, grey_.height);
+    PlaceBodies(passes);
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+      DrawGrey(passes[i], bounds_[i], /*scissored=*/windows != nullptr);
     }
-    std::vector<PixelWindow> passes = PlanPasses(*windows, grey_.width, grey_.height);
-    for (const PixelWindow& pass : passes) DrawGrey(pass, /*scissored=*/true);
     for (const PixelWindow& pass : passes) ReadGrey(pass, image);
   }
 
@@ -327,7 +289,7 @@ class Renderer::Impl {
   }
 
  private:
-  enum class Material { kGrey, kColour, kId };
+  enum class Material { kColour, kId };
 
   // --- set-up -------------------------------------------------------------------------------------
 
@@ -388,21 +350,21 @@ class Renderer::Impl {
 
   void MakePrograms() {
     using namespace shaders;  // NOLINT(google-build-using-namespace): a list of names, used here only.
-    const auto vertex = [&](const char* source, const char* defines = "") {
-      return Compile(GL_VERTEX_SHADER, {source}, defines);
+    const auto vertex = [&](std::initializer_list<const char*> sources, const char* defines = "") {
+      return Compile(GL_VERTEX_SHADER, sources, defines);
     };
     const auto fragment = [&](std::initializer_list<const char*> sources) {
       return Compile(GL_FRAGMENT_SHADER, sources, "");
     };
-    mesh_grey_ = Link(vertex(kMeshVertex), fragment({kMeshGreyFragment}));
-    mesh_colour_ =
-        Link(vertex(kMeshVertex, "#define SMOOTH_LIGHT\n"), fragment({kMeshColourFragment}));
-    mesh_id_ = Link(vertex(kMeshVertex), fragment({kMeshIdFragment}));
-    shadow_ = Link(vertex(kMeshVertex), fragment({kShadowFragment}));
-    tile_ = Link(vertex(kMeshVertex, "#define TILE\n"), fragment({kTileFragment}));
-    backdrop_ = Link(vertex(kBackdropVertex), fragment({kLens, kBackdropFragment}));
-    marker_ = Link(vertex(kMarkerVertex), fragment({kLens, kMarkerRadius, kMarkerFragment}));
-    marker_id_ = Link(vertex(kMarkerVertex), fragment({kLens, kMarkerRadius, kMarkerIdFragment}));
+    lit_ = Link(vertex({kBend, kLitVertex}), fragment({kLitFragment}));
+    mesh_colour_ = Link(vertex({kBend, kMeshVertex}, "#define SMOOTH_LIGHT\n"),
+                        fragment({kMeshColourFragment}));
+    mesh_id_ = Link(vertex({kBend, kMeshVertex}), fragment({kMeshIdFragment}));
+    shadow_ = Link(vertex({kBend, kMeshVertex}), fragment({kShadowFragment}));
+    tile_ = Link(vertex({kBend, kMeshVertex}, "#define TILE\n"), fragment({kTileFragment}));
+    backdrop_ = Link(vertex({kBackdropVertex}), fragment({kLens, kBackdropFragment}));
+    marker_ = Link(vertex({kMarkerVertex}), fragment({kLens, kMarkerRadius, kMarkerFragment}));
+    marker_id_ = Link(vertex({kMarkerVertex}), fragment({kLens, kMarkerRadius, kMarkerIdFragment}));
   }
 
   void SetFixedState() {
@@ -444,6 +406,27 @@ class Renderer::Impl {
     gl_.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, kStride,
                             reinterpret_cast<const void*>(3 * sizeof(float)));
     return buffers;
+  }
+
+  void MakeLitBuffer() {
+    std::array<GLuint, 2> names{};
+    gl_.GenVertexArrays(1, &lit_array_);
+    gl_.BindVertexArray(lit_array_);
+    gl_.GenBuffers(2, names.data());
+    lit_vertices_ = names[0];
+    lit_indices_ = names[1];
+    gl_.BindBuffer(GL_ARRAY_BUFFER, lit_vertices_);
+    gl_.BufferData(GL_ARRAY_BUFFER,
+                   static_cast<GLsizeiptr>(visible_->vertex_count() * sizeof(LitVertex)), nullptr,
+                   GL_STREAM_DRAW);
+    gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, lit_indices_);
+    const auto attribute = [&](GLuint location, GLint size, std::size_t offset) {
+      gl_.EnableVertexAttribArray(location);
+      gl_.VertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(LitVertex),
+                              reinterpret_cast<const void*>(offset));
+    };
+    attribute(0, 3, offsetof(LitVertex, position));
+    attribute(1, 1, offsetof(LitVertex, brightness));
   }
 
   void MakeMarkerBuffer() {
@@ -567,7 +550,36 @@ class Renderer::Impl {
     return scene_.floor.visible && X_WC_.translation().z() > scene_.floor.height + 1e-3;
   }
 
-  void DrawGrey(const PixelWindow& window, bool scissored) {
+  // The bodies of a grey image, for all its passes.
+  void PlaceBodies(const std::vector<PixelWindow>& passes) {
+    bounds_.clear();
+    for (const PixelWindow& pass : passes) bounds_.push_back(BoundRays(lens_->camera, pass));
+    if (visible_->vertex_count() == 0) return;
+    gl_.BindBuffer(GL_ARRAY_BUFFER, lit_vertices_);
+    void* const memory = gl_.MapBufferRange(
+        GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(visible_->vertex_count() * sizeof(LitVertex)),
+        GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT);
+    if (memory == nullptr) throw RenderError("no memory for the vertices of an image");
+    visible_->Place(X_CW_, *state_, bounds_, static_cast<LitVertex*>(memory));
+    gl_.UnmapBuffer(GL_ARRAY_BUFFER);
+  }
+
+  void DrawLitBodies(const RayBounds& bounds) {
+    visible_->Select(bounds, &indices_);
+    if (indices_.empty()) return;
+    gl_.Enable(GL_DEPTH_TEST);
+    gl_.Disable(GL_CULL_FACE);
+    gl_.Disable(GL_BLEND);
+    gl_.UseProgram(lit_.name);
+    SetLens(lit_);
+    gl_.BindVertexArray(lit_array_);
+    gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER,
+                   static_cast<GLsizeiptr>(indices_.size() * sizeof(std::uint32_t)),
+                   indices_.data(), GL_STREAM_DRAW);
+    gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(indices_.size()), GL_UNSIGNED_INT, nullptr);
+  }
+
+  void DrawGrey(const PixelWindow& window, const RayBounds& bounds, bool scissored) {
     if (scissored) {
       gl_.Enable(GL_SCISSOR_TEST);
       gl_.Scissor(window.u, window.v, window.width, window.height);
@@ -575,9 +587,8 @@ class Renderer::Impl {
     gl_.DepthMask(GL_TRUE);
     gl_.ClearColor(scene_.background, 0.0F, 0.0F, 1.0F);
     gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    const RayBounds bounds = BoundRays(lens_->camera, window);
     if (FloorSeen()) DrawTiles();
-    DrawBodies(mesh_grey_, bounds, Material::kGrey);
+    DrawLitBodies(bounds);
     DrawMarkers(marker_, window, /*blend=*/true);
   }
 
@@ -663,7 +674,6 @@ class Renderer::Impl {
       } else {
         Eigen::Vector4f surface;
         surface << body.colour, body.gloss;
-        if (material == Material::kGrey) surface[0] = Luminance(body.colour);
         gl_.Uniform4fv(program.surface, 1, surface.data());
       }
       if (material == Material::kColour) {
@@ -827,8 +837,10 @@ class Renderer::Impl {
   bool bent_{false};
   double trusted_radius2_{1.0};
   Lens native_, fine_;
-  Program mesh_grey_, mesh_colour_, mesh_id_, shadow_, tile_, backdrop_, marker_, marker_id_;
+  Program lit_, mesh_colour_, mesh_id_, shadow_, tile_, backdrop_, marker_, marker_id_;
   std::vector<MeshBuffers> bodies_;
+  std::optional<VisibleTriangles> visible_;
+  GLuint lit_array_{0}, lit_vertices_{0}, lit_indices_{0};
   MeshBuffers floor_;
   GLuint marker_array_{0}, marker_buffer_{0}, empty_array_{0};
   Target grey_, colour_, ids_;
@@ -837,6 +849,8 @@ class Renderer::Impl {
   const Lens* lens_{nullptr};
   const SceneState* state_{nullptr};
   Isometry3d X_WC_{Isometry3d::Identity()}, X_CW_{Isometry3d::Identity()};
+  std::vector<RayBounds> bounds_;  // Of each pass.
+  std::vector<std::uint32_t> indices_;
   std::vector<MarkerQuad> placed_;
   std::vector<MarkerVertex> vertices_;
   std::vector<std::uint8_t> readback_;

@@ -18,15 +18,8 @@ uniform sampler2D lens_slope;
 #endif
 )glsl";
 
-inline constexpr const char* kMeshVertex = R"glsl(
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-uniform mat4 projection;      // Camera frame to clip space.
-uniform mat4 body_to_camera;
-uniform vec3 light;           // Towards the light, in the body's frame.
-uniform vec3 up;              // World's z, in the body's frame.
-uniform vec4 surface;         // Colour (grey images: brightness in r), gloss.
-uniform float ambient;
+// The lens's distortion of a point in the camera's frame.
+inline constexpr const char* kBend = R"glsl(
 #ifdef BENT_LENS
 uniform vec4 radial;          // k1, k2, k3, largest r² at which the polynomial is trusted.
 uniform vec2 tangential;      // p1, p2.
@@ -41,15 +34,35 @@ vec3 Bend(vec3 p) {
   return p.z > 1e-3 ? vec3(bent * excess * p.z, p.z) : p;
 }
 #endif
+)glsl";
+
+// Bodies of grey images come placed and lit (visible_triangles.h).
+inline constexpr const char* kLitVertex = R"glsl(
+layout(location = 0) in vec3 position;  // In the camera's frame.
+layout(location = 1) in float level;
+uniform mat4 projection;                // Camera frame to clip space.
+out float brightness;
+void main() {
+  vec4 p = vec4(position, 1.0);
+#ifdef BENT_LENS
+  p.xyz = Bend(p.xyz);
+#endif
+  gl_Position = projection * p;
+  brightness = level;
+}
+)glsl";
+
+inline constexpr const char* kMeshVertex = R"glsl(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+uniform mat4 projection;      // Camera frame to clip space.
+uniform mat4 body_to_camera;
 #ifdef SMOOTH_LIGHT
 out vec3 surface_normal;
 out vec3 surface_point;
-#else
-#ifdef TILE
+#elif defined(TILE)
 uniform vec4 tiles;           // 1 / tile, background, contrast, fading.
-flat
-#endif
-out float brightness;
+flat out float brightness;
 #endif
 void main() {
   vec4 p = body_to_camera * vec4(position, 1.0);
@@ -62,14 +75,11 @@ void main() {
   surface_point = position;
 #elif defined(TILE)
   brightness = tiles.y - tiles.z / (1.0 + tiles.w * p.z * p.z);
-#else
-  float sky = 0.8 + 0.2 * dot(normal, up);
-  brightness = surface.r * (ambient * sky + (1.0 - ambient) * max(0.0, dot(normal, light)));
 #endif
 }
 )glsl";
 
-inline constexpr const char* kMeshGreyFragment = R"glsl(
+inline constexpr const char* kLitFragment = R"glsl(
 in float brightness;
 out vec4 colour;
 void main() { colour = vec4(brightness); }
@@ -78,10 +88,10 @@ void main() { colour = vec4(brightness); }
 inline constexpr const char* kMeshColourFragment = R"glsl(
 in vec3 surface_normal;
 in vec3 surface_point;
-uniform vec3 light;
-uniform vec3 up;
+uniform vec3 light;           // Towards the light, in the body's frame.
+uniform vec3 up;              // World's z, in the body's frame.
 uniform vec3 eye;             // Camera, in the body's frame.
-uniform vec4 surface;
+uniform vec4 surface;         // Colour, gloss.
 uniform float ambient;
 out vec4 colour;
 void main() {
@@ -97,14 +107,12 @@ void main() {
 )glsl";
 
 inline constexpr const char* kMeshIdFragment = R"glsl(
-in float brightness;
 uniform uint id;
 out uint value;
 void main() { value = id; }
 )glsl";
 
 inline constexpr const char* kShadowFragment = R"glsl(
-in float brightness;
 out vec4 colour;
 void main() { colour = vec4(0.0, 0.0, 0.0, 0.32); }
 )glsl";

@@ -1,13 +1,16 @@
 // vantage-run [SCENARIO]: runs a scenario to its end and leaves a run folder behind.
 
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
 #include "app.h"
 #include "run_lockstep.h"
 #include "run_processes.h"
+#include "sim/render/arm_scene.h"
 #include "vantage/config/camera_plan_file.h"
 #include "vantage/config/config_text.h"
+#include "vantage/config/robot_task.h"
 #include "vantage/math/error.h"
 #include "vantage/report/log_report.h"
 
@@ -16,6 +19,8 @@ namespace {
 
 struct Arguments {
   std::string scenario = kDefaultScenario;
+  RobotTask robot;      // Where robot.robot is not empty, the scenario is written for it.
+  std::string markers;  // A number or a file.
   std::string camera = "active";
   std::string out = "runs";
   std::optional<std::uint64_t> seed;
@@ -52,12 +57,44 @@ bool WriteReport(const RunFolder& folder, std::vector<std::string>* troubles) {
   }
 }
 
+// The scenario as text, and its name.
+struct Source {
+  ConfigText text;
+  std::string name;
+};
+
+Source WriteScenario(const Arguments& arguments) {
+  RobotTask task = arguments.robot;
+  if (!arguments.markers.empty()) {
+    const bool number = arguments.markers.find_first_not_of("0123456789") == std::string::npos;
+    if (number && arguments.markers.size() <= 3) {
+      task.marker_count = std::stoi(arguments.markers);
+      if (task.marker_count == 0) throw ConfigError("", "markers", "must be at least 1");
+    } else {
+      task.marker_file = arguments.markers;
+    }
+  }
+  const std::string name = std::filesystem::path(task.robot).stem().string();
+  return {{"scenario written for " + task.robot, "", WriteScenarioFor(task)}, name};
+}
+
+void PrintRemarks(const Scenario& scenario) {
+  for (const std::string& warning : scenario.remarks.warnings) {
+    std::cerr << "vantage-run: warning: " << warning << '\n';
+  }
+  std::vector<std::string> unreadable;
+  (void)sim::MakeArmBodies(scenario.task.view.arm, {}, &unreadable);
+  for (const std::string& warning : unreadable) {
+    std::cerr << "vantage-run: warning: " << warning << '\n';
+  }
+}
+
 // The scenario with the camera where the plan puts it, as a file in the run folder for all processes.
-std::string WritePlannedScenario(const Arguments& arguments, const Scenario& scenario,
+std::string WritePlannedScenario(const std::string& scenario_path, const Scenario& scenario,
                                  const RunFolder& folder) {
   const std::string path = folder.File(scenario.name + ".yaml");
   std::ofstream file(path);
-  file << SelfContainedScenario(arguments.scenario).text << "\n# By --camera-plan.\n"
+  file << SelfContainedScenario(scenario_path).text << "\n# By --camera-plan.\n"
        << CameraStartText(scenario.rig, scenario.q_c_start);
   file.close();
   if (!file) throw Error(path + ": cannot be written");
@@ -67,7 +104,12 @@ std::string WritePlannedScenario(const Arguments& arguments, const Scenario& sce
 int Run(const Arguments& arguments) {
   if (arguments.list) return List();
   // Everything is checked before anything is started or written.
-  Scenario scenario = LoadScenario(arguments.scenario);
+  const bool own_robot = !arguments.robot.robot.empty();
+  std::optional<Source> written;
+  if (own_robot) written = WriteScenario(arguments);
+  Scenario scenario =
+      own_robot ? ReadScenario(written->text, written->name) : LoadScenario(arguments.scenario);
+  PrintRemarks(scenario);
   const bool planned = !arguments.camera_plan.empty();
   if (planned) scenario.q_c_start = LoadCameraStart(arguments.camera_plan, scenario.rig);
   if (arguments.camera == "fixed") scenario.active.enabled = false;
@@ -75,6 +117,12 @@ int Run(const Arguments& arguments) {
   if (arguments.time_limit) scenario.time_limit = *arguments.time_limit;
 
   const RunFolder folder(arguments.out, scenario.name);
+  std::string scenario_path = arguments.scenario;
+  if (own_robot) {
+    // In the run folder: what the processes read, and a start for the user's own changes.
+    scenario_path = folder.File("scenario.yaml");
+    std::ofstream(scenario_path) << written->text.text;
+  }
   RunConsole console(arguments.quiet);
   console.Begin(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +
                 (arguments.lockstep ? ", simulated time)" : ")"));
@@ -84,7 +132,7 @@ int Run(const Arguments& arguments) {
   } else {
     ProcessRunOptions options;
     options.scenario =
-        planned ? WritePlannedScenario(arguments, scenario, folder) : arguments.scenario;
+        planned ? WritePlannedScenario(scenario_path, scenario, folder) : scenario_path;
     options.fixed_camera = !scenario.active.enabled;
     options.seed = arguments.seed;
     options.image_rate = arguments.image_rate;
@@ -99,6 +147,7 @@ int Run(const Arguments& arguments) {
       written = "report.html (its pictures in report/), " + written;
     }
   }
+  if (own_robot) written += ", scenario.yaml";
   console.End(outcome.summary, folder.path().string() + "/: " + written);
   for (const std::string& trouble : troubles) std::cerr << "vantage-run: " << trouble << '\n';
   return outcome.summary.converged ? kExitOk : kExitNotReached;
@@ -116,6 +165,21 @@ int main(int argc, char** argv) {
       "vantage-run");
   app.add_option("scenario", arguments.scenario, "Built-in scenario (see --list) or a YAML file")
       ->capture_default_str();
+  app.add_option("--robot", arguments.robot.robot,
+                 "Writes a scenario for this arm and runs it: a URDF or robot file, or a built-in "
+                 "robot; the scenario is left in the run folder")
+      ->excludes("scenario");
+  app.add_option(
+         "--markers", arguments.markers,
+         "With --robot: how many dots to put on the end effector, or a YAML file with a list "
+         "`markers`")
+      ->needs("--robot");
+  app.add_option("--base-link", arguments.robot.base_link,
+                 "With --robot: first link of the arm in a URDF file")
+      ->needs("--robot");
+  app.add_option("--tip-link", arguments.robot.tip_link,
+                 "With --robot: last link of the arm in a URDF file")
+      ->needs("--robot");
   app.add_flag("--list", arguments.list, "Lists the built-in scenarios and ends");
   app.add_option("--camera", arguments.camera, "active: moves to better views; fixed: stays")
       ->check(CLI::IsMember({"active", "fixed"}))

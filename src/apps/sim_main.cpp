@@ -5,10 +5,10 @@
 #include <iostream>
 #include <thread>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "app.h"
+#include "image_message.h"
 #include "sim/world.h"
 #include "vantage/config/scenario.h"
 #include "vantage/messaging/lcm_link.h"
@@ -25,7 +25,6 @@ constexpr Duration kPosePeriod = std::chrono::milliseconds(5);
 constexpr Duration kTruthPeriod = std::chrono::milliseconds(20);
 // A world that lags behind the clock by more than this is moved on without being simulated.
 constexpr Duration kMaxLag = std::chrono::milliseconds(100);
-constexpr int kJpegQuality = 85;
 
 struct Arguments {
   std::string scenario = kDefaultScenario;
@@ -76,13 +75,7 @@ class ImagePublisher {
       cv::Mat rgb(image.height, image.width, CV_8UC3, image.pixels.data());
       cv::Mat bgr;
       cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-      CameraImage message;
-      message.stamp = view.stamp;
-      message.width = image.width;
-      message.height = image.height;
-      message.format = PixelFormat::kJpeg;
-      cv::imencode(".jpg", bgr, message.data, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-      link_->Publish(kCameraImageChannel, message);
+      link_->Publish(kCameraImageChannel, JpegMessage(bgr, view.stamp));
     });
   }
 

@@ -3,6 +3,7 @@
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -113,10 +114,26 @@ ConfigText FindConfigText(ConfigKind kind, const std::string& name_or_path,
       "'" + name_or_path + "' is neither a file nor built in (built in: " + known + ")");
 }
 
-std::string PathBeside(const std::string& folder, const std::string& path) {
-  const fs::path beside = fs::path(folder) / path;
+std::string BuiltInFolder() {
   std::error_code error;
-  return !folder.empty() && fs::exists(beside, error) ? beside.string() : path;
+  const char* const named = std::getenv("VANTAGE_CONFIG");
+  if (named != nullptr && *named != '\0') return named;
+  const fs::path program = fs::canonical("/proc/self/exe", error);
+  const fs::path installed = program.parent_path().parent_path() / "share/vantage/config";
+  if (!error && fs::is_directory(installed, error)) return installed.string();
+  return fs::is_directory(VANTAGE_SOURCE_CONFIG, error) ? VANTAGE_SOURCE_CONFIG : "";
+}
+
+std::string PathBeside(const std::string& folder, const std::string& path) {
+  std::error_code error;
+  const fs::path beside = fs::path(folder) / path;
+  if (!folder.empty() && fs::exists(beside, error)) return beside.string();
+  if (fs::exists(path, error)) return path;
+  const std::string built_in = BuiltInFolder();
+  const fs::path robot = fs::path(built_in) / "robots" / path;
+  return !built_in.empty() && fs::path(path).is_relative() && fs::exists(robot, error)
+             ? robot.string()
+             : path;
 }
 
 bool IsUrdfPath(const std::string& path) {

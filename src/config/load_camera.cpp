@@ -1,6 +1,9 @@
 #include <cmath>
 
+#include "vantage/config/config_text.h"
 #include "vantage/config/loaders.h"
+#include "vantage/math/error.h"
+#include "vantage/vision/calibration_file.h"
 
 namespace vantage {
 namespace {
@@ -17,9 +20,30 @@ Distortion LoadDistortion(const Section& section) {
   return lens;
 }
 
+// Intrinsics from a calibration program's file; a size in the section must be the file's.
+CameraModel LoadCalibration(const Section& section) {
+  const std::string path = section.Text(
+      "calibration", kRequired,
+      "Calibration file in place of the numbers: OpenCV's YAML or XML, ROS's YAML, ViSP's XML.");
+  const std::string name =
+      section.Text("name", std::string("-"), "Which camera of a ViSP file that holds several.");
+  const auto size = [&](const char* key) {
+    return section.FormOf(key) == Section::Form::kAbsent
+               ? 0
+               : static_cast<int>(section.Integer(key, 16, 8192, kRequired, "Image size."));
+  };
+  try {
+    return ReadCalibration(PathBeside(section.folder(), path), size("width"), size("height"),
+                           name == "-" ? "" : name);
+  } catch (const ConfigError& error) {
+    section.Fail("calibration", error.what());
+  }
+}
+
 }  // namespace
 
 CameraModel LoadCamera(const Section& section) {
+  if (section.FormOf("calibration") != Section::Form::kAbsent) return LoadCalibration(section);
   CameraModel camera;
   camera.width =
       static_cast<int>(section.Integer("width", 16, 8192, 640, "Image width in pixels."));

@@ -164,6 +164,9 @@ SimOptions LoadSim(const Section& section, const ArmModel& arm) {
   sim.step = section.Number("step", {1e-4, 0.01, "s"}, sim.step, "Step of the plants.");
   sim.seed = static_cast<std::uint64_t>(
       section.Integer("seed", 0, 1000000000, 1, "Of every random number."));
+  sim.renderer = section.Choice<RendererBackend>(
+      "renderer", {{"osmesa", RendererBackend::kOsmesa}, {"egl", RendererBackend::kEgl}},
+      sim.renderer, "osmesa: software; egl: a GPU where there is one.");
   const Section effects = section.OptionalChild("arm", "Effects of a real arm.");
   ArmEffects& a = sim.arm;
   a.lag = effects.Number("lag", {0.0, 1.0, "s"}, a.lag, "Time constant of the velocity loop.");
@@ -182,6 +185,11 @@ SimOptions LoadSim(const Section& section, const ArmModel& arm) {
                            "Projects markers instead of drawing and detecting them: fast.");
   c.noise_px = image.Number("noise_px", {0.0, 50.0, "px"}, c.noise_px,
                             "Standard deviation of a marker's coordinate, where kinematic.");
+  c.blur = image.Number("blur", {0.0, 10.0, "px"}, c.blur, "Standard deviation of the blur.");
+  c.gain_step = image.Number("gain_step", {0.0, 1.0, ""}, c.gain_step,
+                             "Exposure jumps: the gain's logarithm is within +- this.");
+  c.gain_period =
+      image.Number("gain_period", {0.01, 1e4, "s"}, c.gain_period, "Mean time between two jumps.");
   c.latency_frames = static_cast<int>(image.Integer("latency_frames", 0, 60, c.latency_frames,
                                                     "Images between exposure and arrival."));
   c.drop_rate = image.Number("drop_rate", {0.0, 0.99, ""}, c.drop_rate, "Share of images lost.");
@@ -192,6 +200,51 @@ SimOptions LoadSim(const Section& section, const ArmModel& arm) {
   c.focal_error = image.Number("focal_error", {0.0, 0.5, ""}, c.focal_error,
                                "Standard deviation of the true focal length, relative.");
   return sim;
+}
+
+TrackerOptions LoadVision(const Section& section) {
+  TrackerOptions vision;
+  vision.kind =
+      section.Choice<DetectorKind>("detector",
+                                   {{"disc", DetectorKind::kDisc},
+                                    {"vpdot2", DetectorKind::kVispDot},
+                                    {"apriltag", DetectorKind::kAprilTag}},
+                                   vision.kind,
+                                   "disc is Vantage's own, vpdot2 and apriltag are ViSP's; "
+                                   "apriltag goes with tags in place of markers.");
+  DetectorOptions& detector = vision.detector;
+  detector.search_margin =
+      section.Number("search_margin", {1.0, 1000.0, "px"}, detector.search_margin,
+                     "A marker may be this far from its prediction.");
+  vision.followed_margin =
+      section.Number("followed_margin", {1.0, 1000.0, "px"}, vision.followed_margin,
+                     "The same for one that was seen in the last two images.");
+  vision.retry_interval = section.Number("retry_interval", {0.0, 60.0, "s"}, vision.retry_interval,
+                                         "Least time between two searches of the whole image.");
+  detector.disc.min_contrast =
+      section.Number("min_contrast", {5.0, 255.0, ""}, detector.disc.min_contrast,
+                     "Least contrast of disc and ring, of 255 grey levels.");
+  vision.acquisition.max_shift =
+      section.Number("max_shift", {1.0, 10000.0, "px"}, vision.acquisition.max_shift,
+                     "Markers are acquired this far from the model.");
+  return vision;
+}
+
+std::vector<Tag> LoadTags(const Section& root) {
+  std::vector<Tag> tags;
+  for (const Section& section : root.Children(
+           "tags", 1, kMaxPoints / 4, "AprilTags (36h11) on the end effector, in its frame.")) {
+    Tag tag;
+    tag.id = static_cast<int>(section.Integer("id", 0, kMaxTagId, kRequired, "Of the tag."));
+    for (const Tag& other : tags) {
+      if (other.id == tag.id) section.Fail("id", std::to_string(tag.id) + " names two tags");
+    }
+    tag.size = section.Number("size", {1e-3, 10.0, "m"}, kRequired, "Edge of the black square.");
+    tag.X_FT =
+        LoadPose(section, "pose", true, "Of the tag: x to its right, y up, z out of the paper.");
+    tags.push_back(tag);
+  }
+  return tags;
 }
 
 std::vector<Vector3d> Points(const Isometry3d& X_WE, const std::vector<Marker>& markers) {
@@ -242,6 +295,8 @@ void LoadGoal(const Section& section, Scenario* scenario) {
     section.Fail("", "needs one of joints (or joints_deg), end_effector, seen");
   }
   if (seen) {
+    if (!scenario->tags.empty())
+      section.Fail("seen", "needs dots: no detector finds both them and tags");
     LoadSeenGoal(section.Child("seen", "A goal that markers in the scene show."),
                  view.markers.size(), scenario);
     return;
@@ -256,16 +311,28 @@ void LoadGoal(const Section& section, Scenario* scenario) {
   scenario->task.goal.prior_sigma = 1e-6;
 }
 
-ViewModel LoadView(const Section& root, RobotRemarks* remarks) {
+ViewModel LoadView(const Section& root, const std::vector<Tag>& tags, RobotRemarks* remarks) {
   const ArmModel arm = LoadRobotUnder(root, "robot", remarks);
   const CameraModel camera = LoadCamera(root.OptionalChild("camera", "Intrinsics of the camera."));
-  const std::vector<Marker> markers =
-      LoadMarkers(root, "markers", 1, kMaxPoints, "Dots on the end effector, in its frame.");
+  std::vector<Marker> markers;
+  for (const Tag& tag : tags) {
+    for (const Marker& marker : TagMarkers(tag)) markers.push_back(marker);
+  }
+  if (tags.empty()) {
+    markers =
+        LoadMarkers(root, "markers", 1, kMaxPoints, "Dots on the end effector, in its frame.");
+  }
   const int count = static_cast<int>(markers.size());
   return {arm, camera, FeatureSet(LoadFeatures(root, "features", count), count), markers};
 }
 
 }  // namespace
+
+std::vector<Marker> BelievedGoalMarkers(const Scenario& scenario) {
+  std::vector<Marker> markers = scenario.sim.goal_markers;
+  for (std::size_t i = 0; i < markers.size(); ++i) markers[i].p = scenario.task.goal.p_WG[i];
+  return markers;
+}
 
 Scenario LoadScenario(const std::string& name_or_path, SchemaRecorder* recorder) {
   return ReadScenario(FindConfigText(ConfigKind::kScenario, name_or_path),
@@ -277,13 +344,17 @@ Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRec
   const std::string description =
       root.Text("description", std::string("-"), "One line about the scenario.");
   RobotRemarks remarks;
-  const ViewModel view = LoadView(root, &remarks);
+  const TrackerOptions vision =
+      LoadVision(root.OptionalChild("vision", "How markers are found in images."));
+  const std::vector<Tag> tags =
+      vision.kind == DetectorKind::kAprilTag ? LoadTags(root) : std::vector<Tag>();
+  const ViewModel view = LoadView(root, tags, &remarks);
   RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
   if (root.FormOf("camera_start") != Section::Form::kAbsent) {
     rig.q_c_start = ReadCameraStart(root, rig.rig);
   }
-  Scenario scenario{name, description, {view, {}}, rig.rig, rig.q_c_start, {},
-                    {},   60.0,        {},         {},      remarks};
+  Scenario scenario{name, description, {view, {}}, rig.rig, rig.q_c_start, {},  {},
+                    60.0, {},          {},         remarks, vision,        tags};
   scenario.servo = LoadServo(root.OptionalChild("servo", "The control law and its limits."));
   scenario.active = LoadActive(root.OptionalChild("active", "The active camera."));
   scenario.active.planner.max_mm_per_px = scenario.servo.convergence.max_mm_per_px;

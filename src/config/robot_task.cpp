@@ -30,6 +30,7 @@ constexpr double kMarkerSpread = 0.055;  // From the middle of four dots, along 
 constexpr double kLeastTravel = 0.12;    // From start to goal.
 constexpr double kMostTravel = 0.45;
 
+constexpr double kUsualAxisWorth = 0.7;  // Of dots on the likeliest side of the tool, in log w / s.
 constexpr int kPathSamples = 5;
 constexpr double kLargestTurn = 45.0 * kDegree;  // Of the markers from start to goal.
 constexpr double kLowestNormal = -0.35;          // z: rigs look from above.
@@ -383,11 +384,13 @@ std::optional<Task> FindTask(const ArmModel& arm, const Workspace& workspace,
   const double good_enough = std::log(2.0 * TriggerOptions().threshold);
   for (const bool from_above : {true, false}) {
     for (const std::vector<Marker>& markers : choices) {
+      // Dots that look along the tool's usual axis are what a person would glue on.
+      const double advantage = &markers == &choices.front() ? 0.0 : kUsualAxisWorth;
       const ViewModel view = MakeView(arm, markers);
       Validate(view);
       for (const Motion& motion : FindMotions(view, workspace, from_above)) {
         std::optional<Task> task = FindCamera(view, workspace.reach(), motion);
-        if (task && (!best || task->score > best->score)) best = std::move(task);
+        if (task && (!best || task->score > best->score + advantage)) best = std::move(task);
       }
       if (best && best->score > good_enough) return best;
     }
@@ -433,6 +436,38 @@ std::string RobotEntry(const RobotTask& task) {
   return entry + "}";
 }
 
+// Worst motion of a marker that one pixel may hide at the goal, seen by the task's camera [mm/px].
+double GoalMillimetresPerPixel(const ArmModel& arm, const Task& task) {
+  const ViewModel view = MakeView(arm, task.markers);
+  const ArmSample goal = SampleArm(view, task.q_goal);
+  const Isometry3d X_WC = SphericalPose(RigOrientation::kLookAt, task.target, task.q_c);
+  std::vector<PointJacobian> points;
+  for (const Marker& marker : task.markers) {
+    points.push_back(
+        PointJacobianOf(goal.kinematics.J_WE_W, goal.kinematics.X_WE.linear() * marker.p));
+  }
+  return WorstMillimetresPerPixel(Decompose(CompositeJacobian(view, goal, X_WC)), points);
+}
+
+// What a view must certify: what is usual, but not more than the task's own camera gives.
+std::string CertificateEntry(const ArmModel& arm, double reach, const Task& task) {
+  const double offered = GoalMillimetresPerPixel(arm, task);
+  if (!std::isfinite(offered)) {
+    return "  # So few markers do not show every motion of this arm: no view can certify its "
+           "goal.\n"
+           "  convergence: {max_mm_per_px: 1e6}\n";
+  }
+  std::ostringstream text;
+  text << std::setprecision(3)
+       << "  convergence: {max_mm_per_px: " << std::max(8.0 * std::max(1.0, reach), 1.5 * offered)
+       << "}\n";
+  return text.str();
+}
+
+double TriggerThreshold(const Task& task) {
+  return std::min(TriggerOptions().threshold, std::floor(0.6 * std::exp(task.score)));
+}
+
 std::string Text(const RobotTask& robot, const ArmModel& arm, double reach, const Task& task) {
   const ViewLimits limits = LimitsFor(reach);
   const double speed = std::clamp(0.35 * reach, 0.05, 0.4);
@@ -468,11 +503,13 @@ std::string Text(const RobotTask& robot, const ArmModel& arm, double reach, cons
        << "    roll:  {lower_deg: -180, upper_deg: 180, start_deg: 0, max_speed_deg_s: 40, "
           "max_acceleration_deg_s2: 120}\n"
        << "active:\n"
+       << "  # Below what the views along the way offer: a camera that can do no better shall not "
+          "wander.\n"
+       << "  trigger: {threshold: " << TriggerThreshold(task) << "}\n"
        << "  view_limits: {min_depth: " << limits.min_depth << ", max_depth: " << limits.max_depth
        << "}\n"
        << "servo:\n"
-       << "  convergence: {max_mm_per_px: " << 8.0 * std::max(1.0, reach) << "}\n"
-       << "goal:\n"
+       << CertificateEntry(arm, reach, task) << "goal:\n"
        << "  joints: " << List(task.q_goal) << "\n"
        << "sim:\n"
        << "  start_joints: " << List(task.q_start) << "\n"

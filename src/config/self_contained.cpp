@@ -46,6 +46,9 @@ ConfigText SelfContainedScenario(const std::string& name_or_path) {
   YAML::Node root = Parse(text);
   if (!root.IsMap() || !root["robot"]) throw ConfigError(text.source, "robot", "is missing");
   root["robot"] = RobotMapping(root["robot"], text.folder);
+  if (root["camera"] && root["camera"].IsMap()) {
+    MakeAbsolute(root["camera"], "calibration", text.folder);
+  }
   return {text.source, "", YAML::Dump(root) + "\n"};
 }
 

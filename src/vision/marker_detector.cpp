@@ -30,6 +30,10 @@ Vector2d SemiAxes(const Matrix2d& shape) noexcept {
   return {std::sqrt(std::max(0.0, mean - half)), std::sqrt(mean + half)};
 }
 
+double SearchMargin(const MarkerPrediction& prediction, const DetectorOptions& options) noexcept {
+  return std::min(options.search_margin, prediction.uncertainty);
+}
+
 bool AreaFits(const DiscBlob& blob, const DiscImage& predicted, double tolerance,
               double slack) noexcept {
   return std::abs(blob.area / predicted.area - 1.0) <= tolerance + slack / predicted.area;
@@ -63,7 +67,7 @@ MarkerDetection DetectOne(const GreyView& image, const CameraModel& camera,
   const int v0 = Round(prediction.image.centroid.y());
   // Look from the predicted centre first, then from a grid about it that no disc slips through.
   const int step = std::max(2, static_cast<int>(1.2 * SemiAxes(prediction.image.shape).x()));
-  const int reach = static_cast<int>(std::ceil(options.search_margin / step));
+  const int reach = static_cast<int>(std::ceil(SearchMargin(prediction, options) / step));
   const int seeds = (2 * reach + 1) * (2 * reach + 1);
   Spiral at;
   for (int i = 0; i < seeds; ++i, at.Next()) {
@@ -291,6 +295,19 @@ MarkerPrediction PredictMarker(const CameraModel& camera, const Isometry3d& X_CF
   return prediction;
 }
 
+void PredictMarkers(const CameraModel& camera, const Isometry3d& X_CW, const Isometry3d& X_CE,
+                    const std::vector<Marker>& tool_markers,
+                    const std::vector<Marker>& goal_markers,
+                    std::vector<MarkerPrediction>* predictions) {
+  predictions->clear();
+  for (const Marker& marker : tool_markers) {
+    predictions->push_back(PredictMarker(camera, X_CE, marker, kToolGroup));
+  }
+  for (const Marker& marker : goal_markers) {
+    predictions->push_back(PredictMarker(camera, X_CW, marker, kGoalGroup));
+  }
+}
+
 Vector2d PublishedPixel(const CameraModel& camera, const DiscImage& predicted,
                         const Vector2d& centroid) noexcept {
   return UndistortPixel(camera, centroid) + predicted.centre -
@@ -300,7 +317,7 @@ Vector2d PublishedPixel(const CameraModel& camera, const DiscImage& predicted,
 PixelWindow SearchWindow(const MarkerPrediction& prediction,
                          const DetectorOptions& options) noexcept {
   const Vector2d half = 2.0 * prediction.image.shape.diagonal().cwiseSqrt() +
-                        Vector2d::Constant(options.search_margin + 2.0);
+                        Vector2d::Constant(SearchMargin(prediction, options) + 2.0);
   const int u = Round(std::floor(prediction.image.centroid.x() - half.x()));
   const int v = Round(std::floor(prediction.image.centroid.y() - half.y()));
   return {u, v, Round(std::ceil(2.0 * half.x())) + 1, Round(std::ceil(2.0 * half.y())) + 1};

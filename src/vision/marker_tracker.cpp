@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vantage/vision/visp_dot.h"
+
 namespace vantage {
 namespace {
 
@@ -19,6 +21,7 @@ MarkerTracker::MarkerTracker(const CameraModel& camera, const TrackerOptions& op
   corrected_.reserve(kMaxMarkers);
   detections_.reserve(kMaxMarkers);
   plan_.windows.reserve(kMaxMarkers);
+  if (options_.kind == DetectorKind::kAprilTag) tags_.emplace();
 }
 
 void MarkerTracker::Reset() {
@@ -56,6 +59,7 @@ void MarkerTracker::Correct(const std::vector<MarkerPrediction>& predictions, Ti
       const double age = ToSeconds(exposure - own.last_seen);
       offset = own.offset + own.rate * std::min(age, kMaxGapOfRates);
       area_ratio = own.area_ratio;
+      if (own.followed && age < kMaxGapOfRates) prediction.uncertainty = options_.followed_margin;
     } else {
       int known = 0;
       double ratios = 0.0;
@@ -86,6 +90,7 @@ void MarkerTracker::Correct(const std::vector<MarkerPrediction>& predictions, Ti
 // A group none of whose expected markers was seen last time cannot be followed: look everywhere, but not
 // all the time.
 bool MarkerTracker::WantsWholeImage(Time exposure) const {
+  if (tags_) return true;
   if (last_acquisition_ != Time::min() &&
       ToSeconds(exposure - last_acquisition_) < options_.retry_interval) {
     return false;
@@ -117,29 +122,37 @@ const MarkerTracker::SearchPlan& MarkerTracker::Plan(
   return plan_;
 }
 
+void MarkerTracker::Detect(const GreyView& image, bool whole_image, Time exposure) {
+  if (tags_) {
+    tags_->Detect(image, camera_, corrected_, options_.detector, options_.acquisition.max_shift,
+                  &detections_);
+    return;
+  }
+  const auto measure = options_.kind == DetectorKind::kVispDot ? DetectWithVispDot : DetectMarkers;
+  measure(image, camera_, corrected_, options_.detector, &detections_);
+  if (!whole_image) return;
+  const bool complete =
+      std::all_of(detections_.begin(), detections_.end(), [](const MarkerDetection& detection) {
+        return detection.valid() || detection.fault == MarkerFault::kNotExpected;
+      });
+  if (complete) return;
+  ++acquisitions_;
+  last_acquisition_ = exposure;
+  const MarkerDetections found =
+      AcquireMarkers(image, camera_, corrected_, options_.detector, options_.acquisition);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    // What the search of the whole image names rests on the whole group: it overrules.
+    if (found[i].valid()) detections_[i] = found[i];
+  }
+}
+
 const MarkerDetections& MarkerTracker::Track(const GreyView& image,
                                              const std::vector<MarkerPrediction>& predictions,
                                              Time exposure) {
   if (exposure < last_exposure_) Reset();
   Correct(predictions, exposure);
   const bool whole_image = WantsWholeImage(exposure);
-  DetectMarkers(image, camera_, corrected_, options_.detector, &detections_);
-  if (whole_image) {
-    const bool complete =
-        std::all_of(detections_.begin(), detections_.end(), [](const MarkerDetection& detection) {
-          return detection.valid() || detection.fault == MarkerFault::kNotExpected;
-        });
-    if (!complete) {
-      ++acquisitions_;
-      last_acquisition_ = exposure;
-      const MarkerDetections found =
-          AcquireMarkers(image, camera_, corrected_, options_.detector, options_.acquisition);
-      for (std::size_t i = 0; i < found.size(); ++i) {
-        // What the search of the whole image names rests on the whole group: it overrules.
-        if (found[i].valid()) detections_[i] = found[i];
-      }
-    }
-  }
+  Detect(image, whole_image, exposure);
   Learn(predictions, exposure);
   last_exposure_ = exposure;
   ++images_;
@@ -151,10 +164,12 @@ void MarkerTracker::Learn(const std::vector<MarkerPrediction>& predictions, Time
     Track_& track = *Find(detections_[i].id);
     const bool was_seen = track.seen;
     track.seen = detections_[i].valid();
+    track.followed = false;
     if (!track.seen) continue;
     const Vector2d offset = detections_[i].centroid - predictions[i].image.centroid;
     const double gap = ToSeconds(exposure - track.last_seen);
     if (was_seen && gap > 0.0 && gap < kMaxGapOfRates) {
+      track.followed = true;
       track.rate = (offset - track.offset) / gap;
     } else {
       track.rate.setZero();

@@ -287,6 +287,30 @@ TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
   EXPECT_NE(replay_text.find("\n  reproduced to 1e-09"), std::string::npos) << replay_text;
 }
 
+// A user's own arm: no scenario, no code.
+TEST_F(RunTest, RunsAUrdfArmWithDotsOfItsChoice) {
+  const auto [code, text] =
+      RunProgram({"--robot", std::string(VANTAGE_CONFIG_FOLDER) + "/robots/ur5.urdf", "--markers",
+                  "4", "--lockstep", "--out", folder_.string()});
+  EXPECT_EQ(code, 0) << text;
+  EXPECT_NE(text.find("converged after"), std::string::npos) << text;
+  EXPECT_TRUE(std::filesystem::exists(RunFolder() / "scenario.yaml"));
+}
+
+TEST_F(RunTest, AMissingMeshIsAWarningAndACapsule) {
+  std::filesystem::create_directories(folder_ / "runs");
+  std::ifstream in(std::string(VANTAGE_CONFIG_FOLDER) + "/robots/ur5.urdf");
+  std::ostringstream urdf;
+  urdf << in.rdbuf();
+  const std::string path = (folder_ / "my.urdf").string();
+  std::ofstream(path) << urdf.str();  // Its meshes stay behind.
+  const auto [code, text] = RunProgram(
+      {"--robot", path, "--lockstep", "--time-limit", "1", "--out", (folder_ / "runs").string()});
+  EXPECT_EQ(code, 1) << text;
+  EXPECT_NE(text.find("warning: "), std::string::npos) << text;
+  EXPECT_NE(text.find("forearm.dae"), std::string::npos) << text;
+}
+
 TEST_F(RunTest, FixedCameraInABadViewEndsWithExitCodeOne) {
   const auto [code, text] = RunProgram({"puma560-bad-view", "--camera", "fixed", "--time-limit",
                                         "4", "--lockstep", "--out", folder_.string()});

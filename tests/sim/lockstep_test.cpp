@@ -21,12 +21,42 @@ TEST_P(BuiltInScenario, ConvergesWithTheActiveCamera) {
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltInScenario,
                          ::testing::Values("planar-good-view", "planar-grazing-view",
-                                           "puma3-bad-view", "puma560-bad-view"),
+                                           "puma3-bad-view", "puma560-bad-view", "ur5-bad-view",
+                                           "panda-bad-view"),
                          [](const auto& test) {
                            std::string name = test.param;
                            for (char& c : name) c = c == '-' ? '_' : c;
                            return name;
                          });
+
+TEST(Lockstep, ConvergesWithVispDots) {
+  Scenario scenario = LoadScenario("planar-good-view");
+  scenario.vision.kind = DetectorKind::kVispDot;
+  const LockstepRun run = RunLockstep(scenario);
+  EXPECT_TRUE(run.summary.converged) << run.summary.status.error_px;
+  EXPECT_LT(1e3 * run.truth.worst_error, 5.0) << "[mm]";
+}
+
+TEST(Lockstep, ConvergesThroughBlurAndGainSteps) {
+  Scenario scenario = LoadScenario("planar-good-view");
+  scenario.sim.camera.blur = 0.7;
+  scenario.sim.camera.gain_step = 0.2;
+  scenario.sim.camera.gain_period = 0.3;
+  scenario.sim.camera.drop_rate = 0.1;
+  const LockstepRun run = RunLockstep(scenario);
+  EXPECT_TRUE(run.summary.converged) << run.summary.status.error_px;
+  EXPECT_LT(1e3 * run.truth.worst_error, 5.0) << "[mm]";
+}
+
+// Whole images for ViSP's tag detector take their time: the first second only, at few images.
+TEST(Lockstep, ServosOnTheCornersOfATag) {
+  Scenario scenario = LoadScenario("ur5-apriltag");
+  scenario.sim.camera.rate = 15.0;
+  scenario.time_limit = 1.0;
+  const LockstepRun run = RunLockstep(scenario);
+  ASSERT_GT(run.samples.size(), 10U);
+  EXPECT_LT(run.samples.back().error_px, 0.7 * run.samples.front().error_px);
+}
 
 // The same seed gives the same numbers to the bit; another seed gives others.
 TEST(Lockstep, IsDeterministic) {

@@ -39,7 +39,13 @@ inline constexpr std::size_t kMaxConfigBytes = 1 << 20;
 [[nodiscard]] ConfigText FindConfigText(ConfigKind kind, const std::string& name_or_path,
                                         const std::string& folder = "");
 
-/// `path`, found below `folder` if it is there, else as it is.
+/// Folder of the built-in files on disk, for what is not text (meshes): the one that VANTAGE_CONFIG in the
+/// environment names, else that of the installation the program belongs to, else the source tree's.
+/// Empty when there is none.
+[[nodiscard]] std::string BuiltInFolder();
+
+/// `path`, found below `folder` if it is there, else as it is; a name that is nowhere is looked up among
+/// the built-in robots' files.
 [[nodiscard]] std::string PathBeside(const std::string& folder, const std::string& path);
 
 /// Whether a path names a URDF or xacro file, by its ending.

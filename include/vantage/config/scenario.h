@@ -11,6 +11,8 @@
 #include "vantage/config/sim_options.h"
 #include "vantage/servo/servo.h"
 #include "vantage/servo/servo_options.h"
+#include "vantage/vision/april_tag.h"
+#include "vantage/vision/marker_tracker.h"
 
 namespace vantage {
 
@@ -30,8 +32,13 @@ struct Scenario {
   SimOptions sim;           ///< For the simulator alone.
   /// Where the markers of the end effector truly have to go [m]; for the simulator alone.
   std::vector<Eigen::Vector3d> p_WG_true;
-  RobotRemarks remarks;  ///< Of the arm.
+  RobotRemarks remarks;   ///< Of the arm.
+  TrackerOptions vision;  ///< Of whoever has the pixels.
+  std::vector<Tag> tags;  ///< On the end effector; empty: the markers are dots.
 };
+
+/// The goal's markers where the task believes them to be, in the world: for whoever has the pixels.
+[[nodiscard]] std::vector<Marker> BelievedGoalMarkers(const Scenario& scenario);
 
 /// Loads a scenario: a YAML file, or a built-in one by its name.
 ///

@@ -29,12 +29,21 @@ struct CameraEffects {
   /// True: markers are projected by the model, with noise, instead of drawn and detected.
   bool kinematic{false};
   double noise_px{0.3};   ///< Standard deviation of a projected marker's coordinate [px].
-  int latency_frames{1};  ///< Features arrive this many images after the exposure; >= 0.
-  double drop_rate{0.0};  ///< Share of images that are lost; in [0, 1).
+  double blur{0.0};       ///< Standard deviation of a Gaussian blur [px]; in [0, 10].
+  double gain_step{0.0};  ///< Exposure jumps: the log of the gain is uniform in ± this; in [0, 1].
+  double gain_period{1.0};  ///< Mean time between two jumps [s]; > 0.
+  int latency_frames{1};    ///< Features arrive this many images after the exposure; >= 0.
+  double drop_rate{0.0};    ///< Share of images that are lost; in [0, 1).
   double position_error{
       0.0};  ///< Standard deviation of each axis of the pose's constant error [m].
   double rotation_error{0.0};  ///< The same of its rotation vector [rad].
   double focal_error{0.0};     ///< Standard deviation of the true focal length, relative [-].
+};
+
+/// What the simulated images are drawn with.
+enum class RendererBackend {
+  kOsmesa,  ///< Mesa's software renderer in the process.
+  kEgl,     ///< EGL without a surface: a GPU where there is one.
 };
 
 /// Options of the simulator.
@@ -43,6 +52,7 @@ struct SimOptions {
   std::vector<Marker> goal_markers;  ///< Markers in the scene, in the world; may be empty.
   ArmEffects arm;
   CameraEffects camera;
+  RendererBackend renderer{RendererBackend::kOsmesa};
   double step{0.001};     ///< Of the plants [s]; > 0.
   std::uint64_t seed{1};  ///< Of every random number.
 };

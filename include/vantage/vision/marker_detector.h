@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -25,7 +26,9 @@ struct MarkerPrediction {
   int group{0};
   bool dark{true};
   bool expected{false};  ///< False: by the model the camera cannot see it now.
-  DiscImage image;       ///< Of the disc; not filled in when the marker is behind the camera.
+  /// The disc is not farther from here than this, and not than DetectorOptions::search_margin [px].
+  double uncertainty{std::numeric_limits<double>::infinity()};
+  DiscImage image;  ///< Of the disc; not filled in when the marker is behind the camera.
 };
 
 /// Prediction for a marker fixed to F. `expected` is set when its disc faces the camera (angle between
@@ -33,6 +36,19 @@ struct MarkerPrediction {
 [[nodiscard]] MarkerPrediction PredictMarker(const CameraModel& camera,
                                              const Eigen::Isometry3d& X_CF, const Marker& marker,
                                              int group, double max_incidence = 1.4) noexcept;
+
+/// Groups of markers in predictions: the arm's markers share the errors of arm and camera, the goal's those
+/// of the camera and the prior.
+enum MarkerGroup : int { kToolGroup = 0, kGoalGroup = 1 };
+
+/// Predictions for the markers of a cell: the end effector's, then the goal's.
+///
+/// @param X_CW, X_CE    World and end effector in the camera's frame.
+/// @param predictions   Replaced; its capacity is kept.
+void PredictMarkers(const CameraModel& camera, const Eigen::Isometry3d& X_CW,
+                    const Eigen::Isometry3d& X_CE, const std::vector<Marker>& tool_markers,
+                    const std::vector<Marker>& goal_markers,
+                    std::vector<MarkerPrediction>* predictions);
 
 struct DetectorOptions {
   DiscOptions disc;

@@ -1,18 +1,31 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "vantage/math/time.h"
+#include "vantage/vision/april_tag.h"
 #include "vantage/vision/marker_detector.h"
 
 namespace vantage {
 
+/// Which detector measures the markers.
+enum class DetectorKind {
+  kDisc,     ///< DetectMarkers(): our own.
+  kVispDot,  ///< ViSP's vpDot2; dots are named, and found anew, as by kDisc.
+  kAprilTag,  ///< Corners of AprilTags through ViSP: see april_tag.h for their ids. Reads whole images.
+};
+
 struct TrackerOptions {
+  DetectorKind kind{DetectorKind::kDisc};
   DetectorOptions detector;
   AcquisitionOptions acquisition;
   double retry_interval{0.1};  ///< Least time between two searches of the whole image [s].
-  double memory{1.0};          ///< How long a lost marker's own offset is worth anything [s].
+  /// A marker followed over two images is sought this near to its prediction [px]: small windows are what
+  /// makes partial images cheap.
+  double followed_margin{5.0};
+  double memory{1.0};  ///< How long a lost marker's own offset is worth anything [s].
 };
 
 /// Follows markers from image to image: what the model predicts, corrected by how far it was off in
@@ -58,12 +71,15 @@ class MarkerTracker {
     int group{0};
     bool seen{false};   // In the last image.
     bool known{false};  // The offset means something.
+    bool followed{
+        false};  // Seen in the last two images, near one another: the rate means something.
     Time last_seen{};
     Eigen::Vector2d offset{Eigen::Vector2d::Zero()};  // Measured less predicted centroid [px].
     Eigen::Vector2d rate{Eigen::Vector2d::Zero()};    // [px/s].
     double area_ratio{1.0};                           // Measured by predicted.
   };
 
+  void Detect(const GreyView& image, bool whole_image, Time exposure);
   void Correct(const std::vector<MarkerPrediction>& predictions, Time exposure);
   [[nodiscard]] bool WantsWholeImage(Time exposure) const;
   void Learn(const std::vector<MarkerPrediction>& predictions, Time exposure);
@@ -71,6 +87,7 @@ class MarkerTracker {
 
   CameraModel camera_;
   TrackerOptions options_;
+  std::optional<TagDetector> tags_;
   std::vector<Track_> tracks_;
   std::vector<MarkerPrediction> corrected_;
   MarkerDetections detections_;

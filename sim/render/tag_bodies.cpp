@@ -1,0 +1,90 @@
+#include "sim/render/tag_bodies.h"
+
+#include <opencv2/core.hpp>
+#if CV_VERSION_MAJOR > 4 || (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7)
+#include <opencv2/objdetect/aruco_dictionary.hpp>
+#else
+#include <opencv2/aruco.hpp>
+#endif
+
+#include "vantage/math/error.h"
+
+namespace vantage::sim {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kCells = 8;  // Six of data and a black one on each side.
+
+// One byte a cell, row by row from the top: 0 is black.
+cv::Mat CellsOf(int id) {
+  if (id < 0 || id > kMaxTagId) {
+    throw ConfigError(
+        "", "tags.id",
+        "must be in [0, " + std::to_string(kMaxTagId) + "], is " + std::to_string(id));
+  }
+  cv::Mat cells;
+#if CV_VERSION_MAJOR > 4 || (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7)
+  cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11)
+      .generateImageMarker(id, kCells, cells, 1);
+#else
+  cv::aruco::getPredefinedDictionary(cv::aruco::DICT_APRILTAG_36h11)
+      ->drawMarker(id, kCells, cells, 1);
+#endif
+  // OpenCV's pictures of this family stand on their heads, compared with AprilTag's own.
+  cv::rotate(cells, cells, cv::ROTATE_180);
+  return cells;
+}
+
+// A rectangle in the plane z of the tag's frame, seen from +z.
+void AddRectangle(double x0, double x1, double y0, double y1, double z, TriangleMesh* mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh->vertices.size());
+  for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}}) {
+    mesh->vertices.push_back(Vector3d(x, y, z).cast<float>());
+    mesh->normals.emplace_back(Vector3f::UnitZ());
+  }
+  for (const std::uint32_t i : {0U, 1U, 2U, 0U, 2U, 3U}) mesh->indices.push_back(first + i);
+}
+
+}  // namespace
+
+void AddTags(const std::vector<Tag>& tags, Scene* scene) {
+  for (const Tag& tag : tags) {
+    const cv::Mat cells = CellsOf(tag.id);
+    const double cell = tag.size / kCells;
+    // The paper is the plate's face: the ink lies in the plane of the corners, a little before it.
+    const double ink = 0.004 * tag.size;
+    TriangleMesh plate;
+    Isometry3d X_TP = Isometry3d::Identity();
+    X_TP.translation().z() = -0.03 * tag.size - ink;
+    Append(&plate, BoxMesh({1.3 * tag.size, 1.3 * tag.size, 0.06 * tag.size}), tag.X_FT * X_TP);
+    TriangleMesh black;
+    for (int row = 0; row < kCells; ++row) {
+      // Cells in a row that are black together are one rectangle.
+      for (int first = 0; first < kCells; ++first) {
+        if (cells.at<std::uint8_t>(row, first) != 0) continue;
+        int last = first;
+        while (last + 1 < kCells && cells.at<std::uint8_t>(row, last + 1) == 0) ++last;
+        const double top = 0.5 * tag.size - row * cell;
+        AddRectangle(-0.5 * tag.size + first * cell, -0.5 * tag.size + (last + 1) * cell,
+                     top - cell, top, 0.0, &black);
+        first = last;
+      }
+    }
+    TriangleMesh ink_mesh;
+    Append(&ink_mesh, black, tag.X_FT);
+    scene->bodies.push_back({kToolFrame, std::move(plate), {0.95F, 0.95F, 0.95F}, 0.0F});
+    scene->bodies.push_back({kToolFrame, std::move(ink_mesh), {0.04F, 0.04F, 0.04F}, 0.0F});
+    const Vector3d foot = tag.X_FT * X_TP.translation();
+    if (foot.norm() > 0.2 * tag.size) {
+      scene->bodies.push_back({kToolFrame,
+                               CapsuleMesh(Vector3d::Zero(), foot, 0.08 * tag.size, 10),
+                               {0.24F, 0.26F, 0.29F},
+                               0.15F});
+    }
+  }
+}
+
+}  // namespace vantage::sim

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sim/render/ray_bounds.h"
+#include "sim/render/scene.h"
+
+/// @file
+/// The bodies of a scene as one camera sees them: placed, lit, and without the triangles that no pixel can
+/// show. Software rasterisers spend most of their time on those, and on the draw calls of many bodies; here
+/// what is left is one stream of triangles.
+
+namespace vantage::sim {
+
+/// A vertex in the camera's frame, with the brightness of its surface.
+struct LitVertex {
+  float position[3];  ///< [m].
+  float brightness;   ///< 0 to 1.
+};
+
+class VisibleTriangles {
+ public:
+  /// @param camera  Its windows are what Select() is asked for. The distance within which a point is not
+  ///   drawn is `near` [m].
+  VisibleTriangles(const std::vector<Body>& bodies, const Light& light, const CameraModel& camera,
+                   double near);
+
+  [[nodiscard]] int vertex_count() const noexcept { return static_cast<int>(x_.size()); }
+
+  /// Places and lights the bodies that may be seen within one of the bounds.
+  /// @param vertices  Takes the vertices of all bodies, vertex_count(); only written to, and only where
+  ///   a body was placed.
+  void Place(const Eigen::Isometry3d& X_CW, const SceneState& state,
+             const std::vector<RayBounds>& bounds, LitVertex* vertices);
+
+  /// Triangles of the placed bodies that face the camera and may cover a pixel centre within the bounds,
+  /// in the bodies' order: three indices of vertices each. None that does is left out.
+  /// @param bounds   One of those given to Place().
+  /// @param indices  Replaced; its capacity is kept.
+  void Select(const RayBounds& bounds, std::vector<std::uint32_t>* indices) const;
+
+ private:
+  // Of one body, in its own frame.
+  struct Mesh {
+    int frame{kWorldFrame};
+    float brightness{0.0F};
+    BoundingSphere bound;
+    std::uint32_t first_vertex{0}, first_triangle{0};
+    std::uint32_t vertices{0}, triangles{0};
+    bool placed{false};
+    bool crosses_near{false};  // May reach the plane through the camera: no rays to its vertices.
+    Eigen::Vector3d centre_C{Eigen::Vector3d::Zero()};
+  };
+
+  void PlaceVertices(const Mesh& mesh, const Eigen::Isometry3d& X_CB,
+                     const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
+                     LitVertex* vertices);
+  void FindFacing(const Mesh& mesh, const Eigen::Vector3d& eye_B);
+
+  CameraModel camera_;
+  Light light_;
+  double near_;
+  bool bent_;
+  std::vector<Mesh> meshes_;
+
+  // A structure of arrays over all bodies, in their own frames.
+  std::vector<float> x_, y_, z_, nx_, ny_, nz_;
+  std::vector<std::uint32_t> corners_;                        // Three to a triangle.
+  std::vector<float> plane_x_, plane_y_, plane_z_, plane_d_;  // Of each triangle: n · p - d.
+
+  // As seen now.
+  std::vector<float> ray_x_, ray_y_;
+  std::vector<std::uint8_t> facing_;  // Of each triangle.
+};
+
+}  // namespace vantage::sim
