@@ -297,7 +297,7 @@ void Servo::ReportMeasures(const FeatureJacobian& J_v, const SingularSystem& sys
   report.trigger_measure = trigger_.measure;
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
-  report.cause = DiagnoseLowMeasure(system, manipulability, J_r, RowsNeeded(),
+  report.cause = DiagnoseLowMeasure(system, point_jacobians_, RowsNeeded(),
                                     report.trigger_value < trigger_.threshold);
 }
 
