@@ -512,13 +512,22 @@ TEST(MeasureProgram, PrintsTableAndJson) {
 
 TEST(MeasureProgram, BadInputIsOneLineAndExitCode2) {
   for (const char* arguments :
-       {"", "no-such", "/no/such.yaml", "ur5 --oracle-case a b", "ur5 --select 9", "ur5 --select 0",
-        "ur5 --by trace", "ur5 --select 4 --by size", "ur5 --select 4 --samples 1",
+       {"", "no-such", "/no/such.yaml", "ur5 --oracle-case a b", "ur5 --select 9",
         "--oracle-case " VANTAGE_TEST_DATA "/oracles.json ZZ"}) {
     SCOPED_TRACE(arguments);
     const auto run = RunProgram(std::string(VANTAGE_MEASURE " ") + arguments);
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
+  }
+}
+
+TEST(MeasureProgram, BadOptionsAreNamedAndExitCode2) {
+  for (const char* arguments : {"--select 0", "--by trace", "--select 4 --by size",
+                                "--select 4 --over all", "--select 4 --samples 1"}) {
+    SCOPED_TRACE(arguments);
+    const auto run = RunProgram(std::string(VANTAGE_MEASURE " ur5 ") + arguments);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_EQ(run.output.rfind("--", 0), 0u) << run.output;
   }
 }
 
