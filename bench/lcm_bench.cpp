@@ -270,10 +270,10 @@ Setup MakeSetup(Kind kind, std::size_t size) {
       setup.path = std::make_unique<StockPath>("tcpq://127.0.0.1:7790", size);
       break;
     case Kind::kMulticastOurs:
-      setup.path = std::make_unique<LinkPath>(kMulticastUrl, size);
+      setup.path = std::make_unique<LinkPath>(MulticastUrl(), size);
       break;
     case Kind::kMulticastStock:
-      setup.path = std::make_unique<StockPath>(kMulticastUrl, size);
+      setup.path = std::make_unique<StockPath>(MulticastUrl(), size);
       break;
     case Kind::kTcp:
       setup.path = std::make_unique<SocketPath>(SOCK_STREAM, size);

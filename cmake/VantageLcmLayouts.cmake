@@ -21,6 +21,7 @@ string(REGEX MATCHALL "[^\n]+" lines "${dump}")
 set(primitives int8_t int16_t int32_t int64_t byte boolean float double string)
 set(tables "")
 set(specialisations "")
+set(all "")
 set(type "")
 
 macro(finish_type)
@@ -31,6 +32,7 @@ macro(finish_type)
     string(REPLACE "." ";" parts "${type}")
     list(GET parts 0 package)
     list(GET parts 1 name)
+    string(APPEND all "    &${id},\n")
     string(APPEND declarations "namespace ${package} {\nclass ${name};\n}\n")
     string(APPEND specialisations
       "template <>\ninline constexpr const MessageLayout* kLayoutOf<${package}::${name}> = &layouts::${id};\n")
@@ -92,7 +94,10 @@ file(CONFIGURE OUTPUT ${OUT} @ONLY CONTENT [[
 namespace vantage {
 namespace layouts {
 
-@tables@}  // namespace layouts
+@tables@inline constexpr const MessageLayout* kAll[] = {
+@all@};
+
+}  // namespace layouts
 
 @specialisations@
 }  // namespace vantage

@@ -1,34 +1,25 @@
 # LCM and what is generated from lcm_types/*.lcm: C++ bindings, layouts for checking bytes from outside,
 # and the jar that shows the types in lcm-spy.
 
-# vantage_lcm: the library, and LCM_GEN: the generator. LCM 1.4 and later bring a CMake package; Debian 12's
-# 1.3.1 has a pkg-config file alone.
-find_package(lcm QUIET CONFIG)
-add_library(vantage_lcm INTERFACE)
-if(lcm_FOUND)
-  target_link_libraries(vantage_lcm INTERFACE lcm)
-else()
-  pkg_check_modules(LCM REQUIRED IMPORTED_TARGET lcm)
-  target_link_libraries(vantage_lcm INTERFACE PkgConfig::LCM)
-endif()
 find_program(LCM_GEN lcm-gen REQUIRED)
 
-# vantage_add_lcm_types(<target> TYPES <file.lcm>...)
+# vantage_add_lcm_types(<name> TYPES <file.lcm>...)
 #
-# Interface library with lcm-gen's C++ bindings as system headers (<package>/<type>.hpp), and
+# Interface library vantage_<name> (alias vantage::<name>) with lcm-gen's C++ bindings as system headers (<package>/<type>.hpp), and
 # "vantage_lcm/layouts.h": the layout of every type as a table (vantage/messaging/message_layout.h). A type
 # comes after the types it contains.
-function(vantage_add_lcm_types target)
+function(vantage_add_lcm_types name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "TYPES")
   set(out ${CMAKE_CURRENT_BINARY_DIR}/generated)
   set(files "")
   set(headers "")
+  set(packages "")
   foreach(type IN LISTS arg_TYPES)
     set(file ${CMAKE_CURRENT_SOURCE_DIR}/${type})
-    cmake_path(GET type STEM name)
+    cmake_path(GET type STEM stem)
     file(STRINGS ${file} package REGEX "^package ")
     string(REGEX REPLACE "^package +([A-Za-z0-9_]+).*" "\\1" package "${package}")
-    set(header ${out}/${package}/${name}.hpp)
+    set(header ${out}/${package}/${stem}.hpp)
     add_custom_command(
       OUTPUT ${header}
       COMMAND ${LCM_GEN} --cpp --cpp-std c++11 --cpp-hpath ${out} ${file}
@@ -36,7 +27,9 @@ function(vantage_add_lcm_types target)
       VERBATIM)
     list(APPEND headers ${header})
     list(APPEND files ${file})
+    list(APPEND packages ${package})
   endforeach()
+  list(REMOVE_DUPLICATES packages)
   set(layouts ${out}/vantage_lcm/layouts.h)
   add_custom_command(
     OUTPUT ${layouts}
@@ -44,9 +37,15 @@ function(vantage_add_lcm_types target)
             -P ${PROJECT_SOURCE_DIR}/cmake/VantageLcmLayouts.cmake
     DEPENDS ${files} ${PROJECT_SOURCE_DIR}/cmake/VantageLcmLayouts.cmake
     VERBATIM)
-  add_library(${target} INTERFACE ${headers} ${layouts})
-  target_include_directories(${target} SYSTEM INTERFACE ${out})
-  target_link_libraries(${target} INTERFACE vantage_lcm)
+  add_library(vantage_${name} INTERFACE ${headers} ${layouts})
+  add_library(vantage::${name} ALIAS vantage_${name})
+  target_include_directories(vantage_${name} SYSTEM INTERFACE
+    $<BUILD_INTERFACE:${out}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(vantage_${name} INTERFACE vantage_lcm)
+  vantage_install_module(${name} DEPENDS vantage_lcm)
+  foreach(package IN LISTS packages)
+    install(DIRECTORY ${out}/${package} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev FILES_MATCHING PATTERN "*.hpp")
+  endforeach()
 endfunction()
 
 # vantage_add_lcm_jar(<target> TYPES <file.lcm>...)
@@ -72,4 +71,5 @@ function(vantage_add_lcm_jar target)
     DEPENDS ${files} ${PROJECT_SOURCE_DIR}/cmake/VantageLcmJar.cmake
     VERBATIM)
   add_custom_target(${target} ALL DEPENDS ${jar})
+  install(FILES ${jar} DESTINATION ${CMAKE_INSTALL_DATADIR}/vantage COMPONENT runtime)
 endfunction()

@@ -6,8 +6,12 @@ function(vantage_add_module name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS")
   add_library(vantage_${name} STATIC ${arg_SOURCES})
   add_library(vantage::${name} ALIAS vantage_${name})
-  target_include_directories(vantage_${name} PUBLIC ${PROJECT_SOURCE_DIR}/include)
-  target_link_libraries(vantage_${name} PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS} vantage_warnings)
+  target_include_directories(vantage_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(vantage_${name} PUBLIC cxx_std_17)
+  target_link_libraries(vantage_${name}
+    PUBLIC ${arg_DEPENDS} PRIVATE ${arg_PRIVATE_DEPENDS} $<BUILD_INTERFACE:vantage_warnings>)
+  vantage_install_module(${name} DEPENDS ${arg_DEPENDS} ${arg_PRIVATE_DEPENDS})
 endfunction()
 
 # vantage_add_test(<module>/<unit>_test [SERIAL] [DEPENDS <target>...]): one executable and ctest entries per file,

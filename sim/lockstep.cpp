@@ -21,16 +21,21 @@ Lockstep::Lockstep(const Scenario& scenario)
 const ServoOutput& Lockstep::Tick() {
   const Time now = world_.now() + period_;
   world_.Advance(now);
-  servo_.Accept(world_.ReadJoints(), now);
-  servo_.Accept(world_.ReadCameraPose(), now);
-  if (const auto features = world_.ReadFeatures()) servo_.Accept(*features, now);
-  const ServoOutput& output = servo_.Step(now);
+  inputs_.now = now;
+  inputs_.has_joints = inputs_.has_pose = true;
+  inputs_.joints = world_.ReadJoints();
+  inputs_.pose = world_.ReadCameraPose();
+  const auto features = world_.ReadFeatures();
+  inputs_.has_features = features.has_value();
+  if (features) inputs_.features = *features;
+  const ServoOutput& output = RunPeriod(&servo_, inputs_);
+  inputs_.has_active = false;
   world_.Accept(output.command, now);
   if (servo_.snapshot().valid && now >= next_camera_) {
     next_camera_ = now + kCameraPeriod;
-    active_ = camera_task_.Step(servo_.snapshot());
-    servo_.Accept(active_);
-    if (active_.state != ActiveState::kDisabled) world_.Accept(CameraPose{now, active_.X_WC});
+    inputs_.active = camera_task_.Step(servo_.snapshot());
+    inputs_.has_active = true;
+    if (active().state != ActiveState::kDisabled) world_.Accept(CameraPose{now, active().X_WC});
   }
   return output;
 }

@@ -8,6 +8,7 @@
 #include "vantage/report/run_record.h"
 #include "vantage/servo/camera_task.h"
 #include "vantage/servo/servo.h"
+#include "vantage/servo/servo_record.h"
 
 namespace vantage::sim {
 
@@ -23,14 +24,14 @@ class Lockstep {
 
   [[nodiscard]] World& world() noexcept { return world_; }
   [[nodiscard]] const Servo& servo() const noexcept { return servo_; }
-  [[nodiscard]] const ActiveOutput& active() const noexcept { return active_; }
+  [[nodiscard]] const ActiveOutput& active() const noexcept { return inputs_.active; }
   [[nodiscard]] double time() const noexcept { return ToSeconds(world_.now() - Time{}); }  ///< [s].
 
  private:
   World world_;
   Servo servo_;
   CameraTask camera_task_;
-  ActiveOutput active_;
+  PeriodInputs inputs_;  // `active` is what the camera task last said
   Duration period_;
   Time next_camera_{};
 };

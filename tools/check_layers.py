@@ -22,6 +22,8 @@ MODULES = {
                   "runtime"],
     "config": ["math", "camera", "robot", "features", "observability", "control", "active", "servo",
                "plan"],
+    "replay": ["math", "camera", "robot", "features", "observability", "control", "active", "servo",
+               "messaging", "config"],
     "report": ["math", "camera", "robot", "runtime", "observability", "features", "control", "active",
                "servo", "messaging"],
 }

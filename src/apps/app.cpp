@@ -7,6 +7,10 @@
 
 namespace vantage {
 
+const char* Version() {
+  return VANTAGE_VERSION;
+}
+
 int RunApp(CLI::App* app, int argc, char** argv, const std::function<int()>& run) {
   app->set_version_flag("--version", "vantage " VANTAGE_VERSION);
   app->footer("Exit codes: 0 done, 1 ran but did not reach its aim, 2 bad input, 3 other failure.");

@@ -18,4 +18,7 @@ enum ExitCode : int {
 /// exit code.
 int RunApp(CLI::App* app, int argc, char** argv, const std::function<int()>& run);
 
+/// Version of the product: "0.1.0".
+[[nodiscard]] const char* Version();
+
 }  // namespace vantage

@@ -160,8 +160,8 @@ const char* Name(MapQuantity quantity) noexcept {
   return "?";
 }
 
-MapRecipe FindMapRecipe(const std::string& name_or_path) {
-  const Section root = ParseConfig(FindConfigText(ConfigKind::kRecipe, name_or_path));
+MapRecipe FindMapRecipe(const std::string& name_or_path, SchemaRecorder* recorder) {
+  const Section root = ParseConfig(FindConfigText(ConfigKind::kRecipe, name_or_path), recorder);
   MapRecipe recipe{LoadMeasureSetup(root), "", "", "", {}, {}, false, 30.0};
   recipe.setup.name = std::filesystem::path(name_or_path).stem().string();
   const Section plot = root.OptionalChild("plot", "How pictures show the map.");

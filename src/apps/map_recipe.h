@@ -47,6 +47,8 @@ struct MapRecipe {
 };
 
 /// A recipe file, or a built-in one by its name. Throws ConfigError with file, line and key.
-[[nodiscard]] MapRecipe FindMapRecipe(const std::string& name_or_path);
+/// @param recorder  Told of each key that is read (for the reference); may be null.
+[[nodiscard]] MapRecipe FindMapRecipe(const std::string& name_or_path,
+                                      SchemaRecorder* recorder = nullptr);
 
 }  // namespace vantage

@@ -181,8 +181,8 @@ MeasureSetup LoadMeasureSetup(const Section& root) {
   return setup;
 }
 
-MeasureSetup FindMeasureSetup(const std::string& name_or_path) {
-  const Section root = ParseConfig(FindConfigText(ConfigKind::kMeasure, name_or_path));
+MeasureSetup FindMeasureSetup(const std::string& name_or_path, SchemaRecorder* recorder) {
+  const Section root = ParseConfig(FindConfigText(ConfigKind::kMeasure, name_or_path), recorder);
   MeasureSetup setup = LoadMeasureSetup(root);
   root.RejectUnknownKeys();
   setup.name = std::filesystem::path(name_or_path).stem().string();

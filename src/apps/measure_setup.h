@@ -59,7 +59,9 @@ struct MeasureSetup {
 [[nodiscard]] MeasureSetup LoadMeasureSetup(const Section& root);
 
 /// A measurement file, or a built-in one by its name. Throws ConfigError.
-[[nodiscard]] MeasureSetup FindMeasureSetup(const std::string& name_or_path);
+/// @param recorder  Told of each key that is read (for the reference); may be null.
+[[nodiscard]] MeasureSetup FindMeasureSetup(const std::string& name_or_path,
+                                            SchemaRecorder* recorder = nullptr);
 
 /// Short name of a feature over the given points: "x_0", "distance_0_1", "area_0_1_2".
 [[nodiscard]] std::string NameOf(const Feature& feature);

@@ -4,10 +4,12 @@
 #include <fstream>
 #include <iostream>
 #include <mutex>
+#include <optional>
 
 #include <opencv2/imgcodecs.hpp>
 
 #include "vantage/math/error.h"
+#include "vantage/messaging/event_recorder.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/transport.h"
 #include "vantage/runtime/child_process.h"
@@ -83,10 +85,7 @@ std::string Sibling(const char* program) {
 class Processes {
  public:
   Processes(const ProcessRunOptions& options, const std::string& url, const RunFolder& folder)
-      : logger_(Options(
-            {"lcm-logger", "--quiet", "--force", "--lcm-url=" + url, folder.File("events.lcm")},
-            url, folder, "logger.txt")),
-        sim_(Options(SimArguments(options), url, folder, "sim.txt")),
+      : sim_(Options(SimArguments(options), url, folder, "sim.txt")),
         servo_(Options(ServoArguments(options), url, folder, "servo.txt")) {}
 
   /// The name of a process that has ended, with how; nullopt while all run.
@@ -98,11 +97,10 @@ class Processes {
     return std::nullopt;
   }
 
-  /// The servo first: its last commands bring the arm to rest. The logger last.
+  /// The servo first: its last commands bring the arm to rest.
   void Stop() {
     servo_.Terminate(kGrace);
     sim_.Terminate(kGrace);
-    logger_.Terminate(kGrace);
   }
 
  private:
@@ -129,7 +127,7 @@ class Processes {
             std::to_string(options.priority)};
   }
 
-  ChildProcess logger_, sim_, servo_;
+  ChildProcess sim_, servo_;
 };
 
 std::string LastLines(const std::string& path) {
@@ -152,6 +150,8 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
   LcmLink link({transport.url, ""});
   watcher.Subscribe(&link);
   link.Start();
+  // From before the first message on: only a log that holds all can be replayed.
+  std::optional<EventRecorder> recorder(std::in_place, transport.url, folder.File("events.lcm"));
   Processes processes(options, transport.url, folder);
 
   RunOutcome outcome;
@@ -212,6 +212,11 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
   }
   summary.camera_moves = summary.observability.camera_moves;
   processes.Stop();
+  if (recorder->lost() > 0) {
+    console->Note(std::to_string(recorder->lost()) +
+                  " messages could not be written to events.lcm");
+  }
+  recorder.reset();
   watcher.WriteLastPicture();
   return outcome;
 }

@@ -1,4 +1,5 @@
 // vantage-servo SCENARIO: closes the visual servo loop over LCM until SIGINT or SIGTERM.
+// vantage-servo --replay LOG: does the same on recorded inputs and compares what comes out.
 //
 // Three threads: control (absolute deadlines), the link's own (receives), and the active camera's. A
 // fourth one only publishes what the control thread has put into a mailbox, so that no system call of
@@ -11,6 +12,8 @@
 #include <semaphore.h>
 
 #include "app.h"
+#include "servo_recorder.h"
+#include "servo_replay.h"
 #include "vantage/config/scenario.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/transport.h"
@@ -20,6 +23,7 @@
 #include "vantage/runtime/signal_stop.h"
 #include "vantage/servo/camera_task.h"
 #include "vantage/servo/servo.h"
+#include "vantage/servo/servo_record.h"
 
 namespace vantage {
 namespace {
@@ -33,6 +37,8 @@ struct Arguments {
   std::string prefix;
   int priority = 80;
   std::vector<int> cpus;
+  std::string replay;
+  double tolerance = ReplayOptions{}.tolerance;
 };
 
 /// A semaphore that a real-time thread can raise without waiting.
@@ -55,6 +61,12 @@ class Wake {
   sem_t semaphore_{};
 };
 
+/// What the active camera hands to the control thread.
+struct CameraStep {
+  std::int64_t step{0};  ///< 1, 2, 3, ...
+  ActiveOutput output;
+};
+
 /// What the control thread hands to the publisher.
 struct Outbox {
   JointCommand command;
@@ -70,7 +82,8 @@ class ServoProgram {
         servo_(scenario.task, scenario.servo, scenario.active.trigger),
         camera_task_(scenario.task, scenario.rig, scenario.q_c_start, scenario.active),
         transport_(ChooseTransport(JoiningTransport())),
-        link_({transport_.url, arguments.prefix}) {}
+        link_({transport_.url, arguments.prefix}),
+        recorder_(Setup(arguments, scenario), &link_) {}
 
   int Run() {
     if (!transport_.explanation.empty()) std::cerr << transport_.explanation << '\n';
@@ -97,8 +110,32 @@ class ServoProgram {
  private:
   static TransportOptions JoiningTransport() {
     TransportOptions options;
-    options.join_existing_hub = true;
+    options.join_existing = true;
     return options;
+  }
+
+  static ServoSetup Setup(const Arguments& arguments, const Scenario& scenario) {
+    ServoSetup setup;
+    setup.start = FromMicroseconds(ToMicroseconds(Clock::now()));
+    setup.program = std::string("vantage-servo ") + Version();
+    setup.scenario_name = scenario.name;
+    setup.scenario = SelfContainedScenario(arguments.scenario).text;
+    setup.active_camera = scenario.active.enabled;
+    return setup;
+  }
+
+  void TakeInputs(const LoopCycle& cycle) {
+    PeriodInputs& inputs = period_.inputs;
+    inputs.now = Clock::now();
+    inputs.enabled = !stop_.stopped();
+    inputs.has_joints = joints_.Take(&inputs.joints);
+    inputs.has_pose = pose_.Take(&inputs.pose);
+    inputs.has_features = features_.Take(&inputs.features);
+    inputs.has_active = active_.Take(&camera_step_);
+    if (inputs.has_active) inputs.active = camera_step_.output;
+    period_.camera_step = inputs.has_active ? camera_step_.step : 0;
+    period_.lateness = cycle.begin - cycle.deadline;
+    period_.execution = cycle.report.last_cycle;
   }
 
   void ControlLoop() {
@@ -110,14 +147,10 @@ class ServoProgram {
 
     report_ =
         RunPeriodic(FromSeconds(scenario_.servo.period), done_, [this](const LoopCycle& cycle) {
-          const Time now = Clock::now();
-          if (joints_.Take(&joint_state_)) servo_.Accept(joint_state_, now);
-          if (pose_.Take(&camera_pose_)) servo_.Accept(camera_pose_, now);
-          if (features_.Take(&image_features_)) servo_.Accept(image_features_, now);
-          if (active_.Take(&active_output_)) servo_.Accept(active_output_);
-          if (stop_.stopped()) servo_.SetEnabled(false);
-
-          const ServoOutput& output = servo_.Step(now);
+          TakeInputs(cycle);
+          const ServoOutput& output = RunPeriod(&servo_, period_.inputs);
+          period_.seq = output.status.seq;
+          recorder_.Note(period_);
           outbox_value_.command = output.command;
           outbox_value_.observability = output.observability;
           outbox_value_.status = output.status;
@@ -129,7 +162,7 @@ class ServoProgram {
           outbox_.Publish(outbox_value_);
           snapshot_.Publish(servo_.snapshot());
           // Told to stop: leaves when the arm has been commanded to rest.
-          if (stop_.stopped() && output.command.qdot.isZero(0.0)) done_ = true;
+          if (!period_.inputs.enabled && output.command.qdot.isZero(0.0)) done_ = true;
           wake_.Raise();
         });
     done_ = true;
@@ -141,6 +174,7 @@ class ServoProgram {
     Time next_report{};
     while (!done_) {
       wake_.Wait();
+      recorder_.Publish(Clock::now());
       if (!outbox_.Take(&outbox)) continue;
       // An arm that has said nothing yet has no joints to command.
       if (outbox.status.reason != HoldReason::kNoJointState) {
@@ -150,7 +184,9 @@ class ServoProgram {
       next_report = outbox.status.stamp + kReportPeriod;
       PublishReports(&outbox);
     }
+    if (outbox_.Take(&outbox)) link_.Publish(kJointCommandChannel, outbox.command);
     PublishReports(&outbox);
+    recorder_.Publish(Clock::now(), true);
     last_status_ = outbox.status;
   }
 
@@ -164,12 +200,16 @@ class ServoProgram {
 
   void CameraLoop() {
     ServoSnapshot snapshot;
+    CameraStep step;
     RunPeriodic(kCameraPeriod, done_, [&] {
       if (!snapshot_.Take(&snapshot) || !snapshot.valid) return;
-      const ActiveOutput output = camera_task_.Step(snapshot);
-      active_.Publish(output);
-      if (output.state == ActiveState::kDisabled) return;
-      link_.Publish(kCameraPoseCommandChannel, CameraPose{Clock::now(), output.X_WC});
+      step.output = camera_task_.Step(snapshot);
+      ++step.step;
+      const bool commands = step.output.state != ActiveState::kDisabled;
+      const CameraPose command{Clock::now(), step.output.X_WC};
+      recorder_.Note({step.step, snapshot.active.now, commands ? command.stamp : Time{}});
+      active_.Publish(step);
+      if (commands) link_.Publish(kCameraPoseCommandChannel, command);
     });
   }
 
@@ -180,6 +220,7 @@ class ServoProgram {
   CameraTask camera_task_;
   Transport transport_;
   LcmLink link_;
+  ServoRecorder recorder_;
   std::atomic<bool> done_{false};
   Wake wake_;
   LoopReport report_;
@@ -189,13 +230,11 @@ class ServoProgram {
   LatestValue<JointState> joints_;
   LatestValue<CameraPose> pose_;
   LatestValue<ImageFeatures> features_;
-  LatestValue<ActiveOutput> active_;
+  LatestValue<CameraStep> active_;
   LatestValue<Outbox> outbox_;
   LatestValue<ServoSnapshot> snapshot_;
-  JointState joint_state_;
-  CameraPose camera_pose_;
-  ImageFeatures image_features_;
-  ActiveOutput active_output_;
+  PeriodRecord period_;
+  CameraStep camera_step_;
   Outbox outbox_value_;
 };
 
@@ -217,7 +256,18 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
   app.add_option("--cpus", arguments.cpus, "Cores of the control thread")->delimiter(',');
+  app.add_option("--replay", arguments.replay,
+                 "Replays the servo that this event log holds, and compares commands and measures; "
+                 "exit code 0 only if it reproduces them")
+      ->type_name("LOG");
+  app.add_option("--tolerance", arguments.tolerance,
+                 "Of --replay: |logged - replayed| <= this, times |logged| where that is above 1")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   return vantage::RunApp(&app, argc, argv, [&] {
+    if (!arguments.replay.empty()) {
+      return vantage::PrintReplay(arguments.replay, {arguments.prefix, arguments.tolerance});
+    }
     vantage::Scenario scenario = vantage::LoadScenario(arguments.scenario);
     if (arguments.camera == "fixed") scenario.active.enabled = false;
     return vantage::ServoProgram(arguments, scenario).Run();

@@ -98,7 +98,7 @@ int Run(const Arguments& arguments) {
   if (arguments.seed) scenario.sim.seed = *arguments.seed;
   const SignalStop stop;
   TransportOptions transport_options;
-  transport_options.join_existing_hub = true;
+  transport_options.join_existing = true;
   const Transport transport = ChooseTransport(transport_options);
   if (!transport.explanation.empty()) std::cerr << transport.explanation << '\n';
 

@@ -1,5 +1,6 @@
 #include "vantage/config/config_text.h"
 
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -106,6 +107,18 @@ ConfigText FindConfigText(ConfigKind kind, const std::string& name_or_path,
   throw ConfigError(
       "", NounOf(kind),
       "'" + name_or_path + "' is neither a file nor built in (built in: " + known + ")");
+}
+
+std::string PathBeside(const std::string& folder, const std::string& path) {
+  const fs::path beside = fs::path(folder) / path;
+  std::error_code error;
+  return !folder.empty() && fs::exists(beside, error) ? beside.string() : path;
+}
+
+bool IsUrdfPath(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension == ".urdf" || extension == ".xacro";
 }
 
 }  // namespace vantage

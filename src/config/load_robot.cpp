@@ -82,19 +82,6 @@ Joints LoadJointList(const Section& section) {
   return joints;
 }
 
-bool IsUrdfPath(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension == ".urdf" || extension == ".xacro";
-}
-
-// A relative path is first looked for beside the file that names it.
-std::string PathBeside(const std::string& folder, const std::string& path) {
-  const std::filesystem::path beside = std::filesystem::path(folder) / path;
-  std::error_code error;
-  return !folder.empty() && std::filesystem::exists(beside, error) ? beside.string() : path;
-}
-
 ArmModel Remarked(const UrdfArm& urdf, RobotRemarks* remarks) {
   if (remarks != nullptr) {
     remarks->warnings.insert(remarks->warnings.end(), urdf.warnings.begin(), urdf.warnings.end());
@@ -182,14 +169,13 @@ ArmModel FindRobot(const std::string& name_or_path, const std::string& folder,
   return arm;
 }
 
-ArmModel LoadRobotUnder(const Section& parent, const std::string& key, SchemaRecorder* recorder,
-                        RobotRemarks* remarks) {
+ArmModel LoadRobotUnder(const Section& parent, const std::string& key, RobotRemarks* remarks) {
   const std::string help =
       "The arm: a built-in one, a robot file (YAML or URDF), or its description.";
   if (parent.FormOf(key) == Section::Form::kMapping) {
     return LoadRobot(parent.Child(key, help), remarks);
   }
-  return FindRobot(parent.Text(key, kRequired, help), parent.folder(), recorder, remarks);
+  return FindRobot(parent.Text(key, kRequired, help), parent.folder(), nullptr, remarks);
 }
 
 JointVector LoadJoints(const Section& parent, const std::string& key, const ArmModel& arm,

@@ -215,8 +215,8 @@ void LoadGoal(const Section& section, Scenario* scenario) {
   scenario->task.goal.prior_sigma = 1e-6;
 }
 
-ViewModel LoadView(const Section& root, SchemaRecorder* recorder, RobotRemarks* remarks) {
-  const ArmModel arm = LoadRobotUnder(root, "robot", recorder, remarks);
+ViewModel LoadView(const Section& root, RobotRemarks* remarks) {
+  const ArmModel arm = LoadRobotUnder(root, "robot", remarks);
   const CameraModel camera = LoadCamera(root.OptionalChild("camera", "Intrinsics of the camera."));
   const std::vector<Marker> markers =
       LoadMarkers(root, "markers", 1, kMaxPoints, "Dots on the end effector, in its frame.");
@@ -236,7 +236,7 @@ Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRec
   const std::string description =
       root.Text("description", std::string("-"), "One line about the scenario.");
   RobotRemarks remarks;
-  const ViewModel view = LoadView(root, recorder, &remarks);
+  const ViewModel view = LoadView(root, &remarks);
   const RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
   Scenario scenario{name, description, {view, {}}, rig.rig, rig.q_c_start, {},
                     {},   60.0,        {},         {},      remarks};

@@ -497,7 +497,7 @@ std::string WriteScenarioFor(const RobotTask& task, RobotRemarks* remarks) {
   }
   // The same text that the scenario will hold is what the arm is read from.
   const Section section = ParseConfig({task.robot, "", "robot: " + RobotEntry(task)});
-  const ArmModel arm = LoadRobotUnder(section, "robot", nullptr, remarks);
+  const ArmModel arm = LoadRobotUnder(section, "robot", remarks);
   const Workspace workspace(arm);
   const int count = task.marker_count > 0 ? task.marker_count : MarkersFor(arm.size());
   const std::vector<std::vector<Marker>> choices =

@@ -37,6 +37,8 @@ constexpr Duration kWait = milliseconds(20);      // For a message: how late a s
 constexpr Duration kDrainTime = milliseconds(5);  // A flood must not hold up delivery for ever.
 constexpr Duration kConnectTime = milliseconds(200);
 constexpr int kQueueCapacity = 200;  // Messages of one channel.
+constexpr char kAnyChannel[] = ".*";
+constexpr int kAnyQueueCapacity = 5000;  // Messages of all channels.
 constexpr Duration kFirstRetry = milliseconds(10);
 constexpr Duration kLastRetry = milliseconds(500);
 
@@ -117,6 +119,8 @@ class LcmLink::Impl {
         {this, options_.prefix + channel, delivery, std::move(handler), false});
   }
 
+  void SubscribeAll(RawHandler on_message) { on_any_ = std::move(on_message); }
+
   void Start() {
     // The first try here: with somebody at the URL, what is published next goes out.
     Connect();
@@ -172,6 +176,7 @@ class LcmLink::Impl {
     for (const Subscription& subscription : subscriptions_) {
       if (!hub->Subscribe(subscription.channel)) return false;
     }
+    if (on_any_ && !hub->Subscribe(kAnyChannel)) return false;
     const std::lock_guard<std::mutex> lock(publish_mutex_);
     hub_ = std::move(hub);
     return true;
@@ -185,6 +190,10 @@ class LcmLink::Impl {
           lcm->subscribeFunction(subscription.channel, &Impl::OnLcmMessage, &subscription);
       // LCM's queue drops what is newest when it is full: make it hold a burst.
       if (added != nullptr) added->setQueueCapacity(kQueueCapacity);
+    }
+    if (on_any_) {
+      lcm::Subscription* added = lcm->subscribeFunction(kAnyChannel, &Impl::OnAnyMessage, this);
+      if (added != nullptr) added->setQueueCapacity(kAnyQueueCapacity);
     }
     const std::lock_guard<std::mutex> lock(publish_mutex_);
     lcm_ = std::move(lcm);
@@ -234,6 +243,7 @@ class LcmLink::Impl {
   }
 
   void OnHubMessage(std::string_view channel, const void* data, std::size_t size) noexcept {
+    GiveRaw(channel, data, size);
     for (Subscription& subscription : subscriptions_) {
       if (subscription.channel == channel) Accept(&subscription, data, size);
     }
@@ -243,6 +253,20 @@ class LcmLink::Impl {
   static void OnLcmMessage(const lcm::ReceiveBuffer* buffer, const std::string& /*channel*/,
                            Subscription* subscription) noexcept {
     subscription->impl->Accept(subscription, buffer->data, buffer->data_size);
+  }
+
+  static void OnAnyMessage(const lcm::ReceiveBuffer* buffer, const std::string& channel,
+                           Impl* impl) noexcept {
+    impl->GiveRaw(channel, buffer->data, buffer->data_size);
+  }
+
+  void GiveRaw(std::string_view channel, const void* data, std::size_t size) noexcept {
+    if (!on_any_) return;
+    try {
+      on_any_(channel, data, size);
+    } catch (...) {
+      ++callback_errors_;
+    }
   }
 
   void Accept(Subscription* subscription, const void* data, std::size_t size) noexcept {
@@ -281,6 +305,7 @@ class LcmLink::Impl {
   const LcmLinkOptions options_;
   std::optional<TcpAddress> tcp_;
   std::deque<Subscription> subscriptions_;  // LCM keeps pointers to them.
+  RawHandler on_any_;
   const TcpqClient::Handler on_hub_message_{
       [this](std::string_view channel, const void* data, std::size_t size) {
         OnHubMessage(channel, data, size);
@@ -312,6 +337,10 @@ LcmLink::~LcmLink() = default;
 
 void LcmLink::AddHandler(const std::string& channel, Delivery delivery, Handler handler) {
   impl_->AddHandler(channel, delivery, std::move(handler));
+}
+
+void LcmLink::SubscribeAll(RawHandler on_message) {
+  impl_->SubscribeAll(std::move(on_message));
 }
 
 void LcmLink::Start() {

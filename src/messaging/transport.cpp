@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <random>
@@ -10,23 +11,25 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 
 #include "file_descriptor.h"
+#include "socket_util.h"
 
 namespace vantage {
 namespace {
 
 constexpr char kGroup[] = "239.255.76.67";
+constexpr int kPortsTried = 32;
 constexpr int kDatagrams = 3;  // One may be lost without harm.
 
 std::string Because(const char* what) {
   return std::string(what) + ": " + std::strerror(errno);
 }
 
-// Joins the group on a port that the system chooses; "" or what failed.
+// Joins the group on the port in *address (0: one that the system chooses); "" or what failed.
 std::string Join(int fd, sockaddr_in* address) {
   address->sin_family = AF_INET;
-  address->sin_port = 0;
   inet_pton(AF_INET, kGroup, &address->sin_addr);
   socklen_t size = sizeof(*address);
   if (bind(fd, reinterpret_cast<sockaddr*>(address), size) != 0) return Because("bind");
@@ -46,6 +49,31 @@ std::string Join(int fd, sockaddr_in* address) {
     return Because("setsockopt");
   }
   return "";
+}
+
+// Takes a multicast port for this run, as other runs see it: by the name of a local socket, which goes with the
+// process whatever way it ends. Null: another run has it.
+std::shared_ptr<void> ClaimPort(int port) {
+  auto fd = std::make_shared<FileDescriptor>(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string name = "vantage-lcm-" + std::to_string(port);
+  name.copy(address.sun_path + 1, sizeof(address.sun_path) - 1);  // a leading 0: no file
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  if (!fd->valid() || bind(fd->get(), reinterpret_cast<const sockaddr*>(&address), size) != 0)
+    return nullptr;
+  return fd;
+}
+
+// Whether anybody sends to the group at this port within the time: a robot's own programs, for instance.
+bool Heard(int port, Duration time) {
+  const Time deadline = Clock::now() + time;
+  const FileDescriptor fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const int share = 1;
+  sockaddr_in address{};
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  return fd.valid() && setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &share, sizeof(share)) == 0 &&
+         Join(fd.get(), &address).empty() && WaitReady(fd.get(), POLLIN, deadline);
 }
 
 // Waits for a datagram with this content. Others may be about: anybody can send to the group.
@@ -82,6 +110,11 @@ MulticastTest TestMulticast(Duration timeout) {
   return {true, ""};
 }
 
+std::string MulticastUrl(int port) {
+  return std::string("udpm://") + kGroup + ":" + std::to_string(port) +
+         "?ttl=0&recv_buf_size=2097152";
+}
+
 std::string Transport::ReadyLine() const {
   return "LCM_DEFAULT_URL='" + url + "' tools/spy";
 }
@@ -95,13 +128,32 @@ Transport ChooseTransport(const TransportOptions& options) {
   }
   const MulticastTest multicast = options.test_multicast(options.test_timeout);
   if (multicast.works) {
-    transport.url = kMulticastUrl;
-    return transport;
+    if (options.join_existing) {
+      transport.url = MulticastUrl(options.multicast_port);
+      return transport;
+    }
+    const int last = options.multicast_port + kPortsTried - 1;
+    for (int port = options.multicast_port; port <= last; ++port) {
+      transport.claim = ClaimPort(port);
+      if (!transport.claim || Heard(port, options.listen_time)) continue;
+      transport.url = MulticastUrl(port);
+      if (port != options.multicast_port) {
+        transport.explanation = "LCM: others talk at port " +
+                                std::to_string(options.multicast_port) +
+                                "; this run keeps to itself at port " + std::to_string(port) + ".";
+      }
+      return transport;
+    }
+    transport.claim = nullptr;
+    transport.explanation = "LCM: others talk at every port from " +
+                            std::to_string(options.multicast_port) + " to " + std::to_string(last) +
+                            ".\n";
+  } else {
+    transport.explanation = "LCM: multicast does not work here (" + multicast.reason +
+                            ").\n     To mend it: " + kMulticastMend + "\n";
   }
-  transport.explanation = "LCM: multicast does not work here (" + multicast.reason +
-                          ").\n     To mend it: " + kMulticastMend + "\n";
   const TcpHubOptions& hub = options.hub;
-  if (options.join_existing_hub && hub.port != 0 &&
+  if (options.join_existing && hub.port != 0 &&
       ProbeTcpHub(hub.address, hub.port, options.test_timeout)) {
     transport.url = "tcpq://" + hub.address + ":" + std::to_string(hub.port);
     transport.explanation += "     Using the TCP hub that runs at " + transport.url + " instead.";

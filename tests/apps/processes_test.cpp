@@ -154,14 +154,15 @@ TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
   EXPECT_EQ(cell.status()->reason, HoldReason::kOperator);
 }
 
-/// Runs vantage-run and gives its exit code and what it printed.
-std::pair<int, std::string> RunProgram(std::vector<std::string> arguments) {
+/// Runs a program and gives its exit code and what it printed.
+std::pair<int, std::string> RunProgram(std::vector<std::string> arguments,
+                                       const std::string& program = "vantage-run") {
   const std::string log = (std::filesystem::temp_directory_path() /
                            ("vantage_run_" + std::to_string(getpid()) + ".txt"))
                               .string();
   std::filesystem::remove(log);
   ChildOptions options;
-  options.arguments = {Program("vantage-run")};
+  options.arguments = {Program(program)};
   options.arguments.insert(options.arguments.end(), arguments.begin(), arguments.end());
   options.output = log;
   ChildProcess child(options);
@@ -197,6 +198,11 @@ TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
     EXPECT_TRUE(std::filesystem::exists(RunFolder() / name)) << name;
     EXPECT_GT(std::filesystem::file_size(RunFolder() / name), 500u) << name;
   }
+  // What real threads did on the wall clock comes out again, to the last bit that counts.
+  const auto [replay_code, replay_text] =
+      RunProgram({"--replay", RunFolder() / "events.lcm"}, "vantage-servo");
+  EXPECT_EQ(replay_code, 0) << replay_text;
+  EXPECT_NE(replay_text.find("\n  reproduced to 1e-09"), std::string::npos) << replay_text;
 }
 
 TEST_F(RunTest, FixedCameraInABadViewEndsWithExitCodeOne) {

@@ -11,6 +11,8 @@
 #include <vantage_msgs/joint_command_t.hpp>
 #include <vantage_msgs/joint_state_t.hpp>
 #include <vantage_msgs/observability_t.hpp>
+#include <vantage_msgs/servo_inputs_t.hpp>
+#include <vantage_msgs/servo_setup_t.hpp>
 #include <vantage_msgs/servo_status_t.hpp>
 #include <vantage_msgs/sim_truth_t.hpp>
 
@@ -24,6 +26,8 @@ using vantage_msgs::image_features_t;
 using vantage_msgs::joint_command_t;
 using vantage_msgs::joint_state_t;
 using vantage_msgs::observability_t;
+using vantage_msgs::servo_inputs_t;
+using vantage_msgs::servo_setup_t;
 using vantage_msgs::servo_status_t;
 using vantage_msgs::sim_truth_t;
 
@@ -74,6 +78,8 @@ TEST(Layouts, HaveTheFingerprintsOfTheGeneratedClasses) {
   same(kLayoutOf<observability_t>, observability_t::getHash());
   same(kLayoutOf<servo_status_t>, servo_status_t::getHash());
   same(kLayoutOf<sim_truth_t>, sim_truth_t::getHash());
+  same(kLayoutOf<servo_inputs_t>, servo_inputs_t::getHash());
+  same(kLayoutOf<servo_setup_t>, servo_setup_t::getHash());
   same(kLayoutOf<bot_core::rigid_transform_t>, bot_core::rigid_transform_t::getHash());
   same(kLayoutOf<bot_core::image_metadata_t>, bot_core::image_metadata_t::getHash());
   same(kLayoutOf<bot_core::image_t>, bot_core::image_t::getHash());
@@ -227,6 +233,57 @@ TEST(RoundTrip, CameraImage) {
   }
 }
 
+// To the nanosecond and the last bit: a replay starts from it.
+TEST(RoundTrip, ServoRecordIsExact) {
+  const ServoRecord sent = test::SampleServoRecord();
+  const ServoRecord got = RoundTrip(sent);
+  EXPECT_EQ(got.start, sent.start);
+  EXPECT_EQ(got.lost, sent.lost);
+  ASSERT_EQ(got.periods.size(), 2U);
+  EXPECT_FALSE(got.periods[0].inputs.has_joints);
+  EXPECT_FALSE(got.periods[0].inputs.has_pose);
+  EXPECT_FALSE(got.periods[0].inputs.has_features);
+  EXPECT_TRUE(got.periods[0].inputs.enabled);
+  const PeriodRecord& period = got.periods[1];
+  EXPECT_EQ(period.seq, 42);
+  EXPECT_EQ(period.camera_step, 7);
+  EXPECT_EQ(period.lateness, Duration(12'345));
+  EXPECT_EQ(period.execution, Duration(6'789));
+  const PeriodInputs& inputs = period.inputs;
+  const PeriodInputs& wanted = sent.periods[1].inputs;
+  EXPECT_EQ(inputs.now, wanted.now);
+  EXPECT_FALSE(inputs.enabled);
+  EXPECT_EQ(inputs.joints.stamp, wanted.joints.stamp);
+  EXPECT_EQ(inputs.joints.q, wanted.joints.q);
+  EXPECT_EQ(inputs.joints.qdot, wanted.joints.qdot);
+  EXPECT_EQ(inputs.pose.stamp, wanted.pose.stamp);
+  EXPECT_EQ(inputs.pose.X_WC.matrix(), wanted.pose.X_WC.matrix());
+  EXPECT_EQ(inputs.features.stamp, wanted.features.stamp);
+  EXPECT_EQ(inputs.features.exposure, wanted.features.exposure);
+  EXPECT_EQ(inputs.features.X_WC.matrix(), wanted.features.X_WC.matrix());
+  ASSERT_EQ(inputs.features.count, wanted.features.count);
+  for (int i = 0; i < wanted.features.count; ++i) {
+    EXPECT_EQ(inputs.features.markers[i].id, wanted.features.markers[i].id);
+    EXPECT_EQ(inputs.features.markers[i].pixel, wanted.features.markers[i].pixel);
+    EXPECT_EQ(inputs.features.markers[i].valid, wanted.features.markers[i].valid);
+  }
+  ASSERT_EQ(got.camera_steps.size(), 1U);
+  EXPECT_EQ(got.camera_steps[0].step, 7);
+  EXPECT_EQ(got.camera_steps[0].snapshot, sent.camera_steps[0].snapshot);
+  EXPECT_EQ(got.camera_steps[0].command, sent.camera_steps[0].command);
+}
+
+TEST(RoundTrip, ServoSetup) {
+  const ServoSetup sent = test::SampleServoSetup();
+  const ServoSetup got = RoundTrip(sent);
+  EXPECT_EQ(got.stamp, sent.stamp);
+  EXPECT_EQ(got.start, sent.start);
+  EXPECT_EQ(got.program, sent.program);
+  EXPECT_EQ(got.scenario_name, sent.scenario_name);
+  EXPECT_EQ(got.scenario, sent.scenario);
+  EXPECT_FALSE(got.active_camera);
+}
+
 TEST(Encode, WritesTheNamesForPeople) {
   EXPECT_EQ(Changed<servo_status_t>(test::SampleServoStatus(),
                                     [](servo_status_t* m) {
@@ -281,10 +338,20 @@ CameraImage Sample() {
   return test::SampleCameraImage();
 }
 
+template <>
+ServoRecord Sample() {
+  return test::SampleServoRecord();
+}
+template <>
+ServoSetup Sample() {
+  return test::SampleServoSetup();
+}
+
 template <typename Value>
 class EveryCodec : public ::testing::Test {};
-using AllValues = ::testing::Types<JointState, JointCommand, CameraPose, ImageFeatures,
-                                   ObservabilityReport, ServoStatus, GroundTruth, CameraImage>;
+using AllValues =
+    ::testing::Types<JointState, JointCommand, CameraPose, ImageFeatures, ObservabilityReport,
+                     ServoStatus, GroundTruth, CameraImage, ServoRecord, ServoSetup>;
 TYPED_TEST_SUITE(EveryCodec, AllValues);
 
 TYPED_TEST(EveryCodec, RefusesNothingAtAll) {
@@ -592,6 +659,71 @@ TEST(GroundTruthRefusals, OneByOne) {
   EXPECT_EQ(changed([](Wire* m) { m->position[0] = 1e7; }), Refusal::kOutOfRange);
   EXPECT_EQ(changed([](Wire* m) { m->limit_violations = -1; }), Refusal::kOutOfRange);
   EXPECT_EQ(changed([](Wire* m) { m->utime = -1; }), Refusal::kBadTime);
+}
+
+TEST(ServoRecordRefusals, OneByOne) {
+  const auto changed = [](const std::function<void(servo_inputs_t*)>& change) {
+    return Changed<servo_inputs_t>(test::SampleServoRecord(), change);
+  };
+  EXPECT_EQ(changed([](servo_inputs_t*) {}), Refusal::kNone);
+  EXPECT_EQ(changed([](servo_inputs_t* m) {
+              m->num_periods = 1001;
+              m->periods.resize(1001);
+            }),
+            Refusal::kLimit);
+  EXPECT_EQ(changed([](servo_inputs_t* m) {
+              m->periods[1].num_joints = kMaxJoints + 1;
+              m->periods[1].position.resize(kMaxJoints + 1);
+              m->periods[1].velocity.resize(kMaxJoints + 1);
+            }),
+            Refusal::kLimit);
+  EXPECT_EQ(changed([](servo_inputs_t* m) {
+              m->periods[1].num_poses = 2;
+              m->periods[1].pose.resize(2);
+            }),
+            Refusal::kLimit);
+  EXPECT_EQ(changed([](servo_inputs_t* m) {
+              m->periods[1].num_images = 2;
+              m->periods[1].image.resize(2);
+            }),
+            Refusal::kLimit);
+  EXPECT_EQ(changed([](servo_inputs_t* m) {
+              auto& image = m->periods[1].image[0];
+              image.num_markers = kMaxMarkers + 1;
+              image.id.resize(kMaxMarkers + 1);
+              image.u.resize(kMaxMarkers + 1);
+              image.v.resize(kMaxMarkers + 1);
+              image.valid.resize(kMaxMarkers + 1);
+            }),
+            Refusal::kLimit);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].position[2] = kNaN; }),
+            Refusal::kNotFinite);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].pose[0].X_WC[0][0] = kInfinity; }),
+            Refusal::kNotFinite);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].image[0].u[0] = 1e7; }),
+            Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].image[0].valid[0] = 2; }),
+            Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[0].enabled = 2; }), Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[0].seq = -1; }), Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->lost = -1; }), Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[0].time_ns = -1; }), Refusal::kBadTime);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].pose[0].time_ns = -1; }),
+            Refusal::kBadTime);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->camera_steps[0].snapshot_ns = -1; }),
+            Refusal::kBadTime);
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->start_utime = -1; }), Refusal::kBadTime);
+}
+
+TEST(ServoSetupRefusals, OneByOne) {
+  const auto changed = [](const std::function<void(servo_setup_t*)>& change) {
+    return Changed<servo_setup_t>(test::SampleServoSetup(), change);
+  };
+  EXPECT_EQ(changed([](servo_setup_t*) {}), Refusal::kNone);
+  EXPECT_EQ(changed([](servo_setup_t* m) { m->active_camera = 2; }), Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](servo_setup_t* m) { m->start_utime = -1; }), Refusal::kBadTime);
+  EXPECT_EQ(changed([](servo_setup_t* m) { m->scenario.resize(kMaxRecordBytes); }),
+            Refusal::kTooLarge);
 }
 
 TEST(CameraImageRefusals, OneByOne) {

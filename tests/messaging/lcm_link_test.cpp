@@ -112,7 +112,7 @@ class OverTransport : public ::testing::TestWithParam<const char*> {
       hub_ = std::make_unique<TcpHub>(AnyPort());
       url_ = hub_->url();
     } else if (std::string(GetParam()) == "multicast") {
-      url_ = kMulticastUrl;
+      url_ = MulticastUrl();
     } else {
       url_ = "memq://";
     }

@@ -147,6 +147,25 @@ bool Sound(const CameraImage& value) {
              static_cast<std::int64_t>(value.data.size());
 }
 
+bool Sound(const ServoRecord& value) {
+  for (const PeriodRecord& period : value.periods) {
+    const PeriodInputs& inputs = period.inputs;
+    if (inputs.has_joints && !(inputs.joints.q.size() >= 1 && inputs.joints.q.allFinite() &&
+                               inputs.joints.q.size() == inputs.joints.qdot.size())) {
+      return false;
+    }
+    if (inputs.has_pose && !inputs.pose.X_WC.matrix().allFinite()) return false;
+    if (inputs.has_features &&
+        !(inputs.features.count >= 0 && inputs.features.count <= kMaxMarkers)) {
+      return false;
+    }
+  }
+  return value.lost >= 0;
+}
+bool Sound(const ServoSetup& value) {
+  return value.start >= Time{} && value.scenario.size() < kMaxRecordBytes;
+}
+
 struct Tally {
   RefusalCounts outcomes{};
 };
@@ -169,7 +188,7 @@ void Bombard(const Value& sample, int mutations, unsigned seed, Tally* tally) {
 }
 
 TEST(MutatedMessages, AreRefusedOrSound) {
-  const int share = NumMutations() / 8;
+  const int share = NumMutations() / 10;
   Tally tally;
   Bombard(test::SampleJointState(), share, 1, &tally);
   Bombard(test::SampleJointCommand(), share, 2, &tally);
@@ -179,6 +198,8 @@ TEST(MutatedMessages, AreRefusedOrSound) {
   Bombard(test::SampleServoStatus(), share, 6, &tally);
   Bombard(test::SampleCameraImage(), share, 7, &tally);
   Bombard(test::SampleGroundTruth(), share, 8, &tally);
+  Bombard(test::SampleServoRecord(), share, 9, &tally);
+  Bombard(test::SampleServoSetup(), share, 10, &tally);
 
   // The bombardment is worth its time only if it reaches every check it can reach: those on size and
   // order are not within a message, and the guard leaves nothing for LCM's own decoder to refuse.

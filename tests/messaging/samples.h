@@ -123,6 +123,42 @@ inline CameraImage SampleCameraImage() {
   return value;
 }
 
+inline ServoRecord SampleServoRecord() {
+  ServoRecord value;
+  value.stamp = FromMicroseconds(8'000'000);
+  value.start = FromMicroseconds(1'000'000);
+  value.lost = 3;
+  PeriodRecord period;
+  period.seq = 41;
+  period.camera_step = 7;
+  period.lateness = Duration(12'345);
+  period.execution = Duration(6'789);
+  period.inputs.now = Time(Duration(7'900'000'123));
+  value.periods.push_back(period);  // One that took nothing, and one that took all there is.
+  period.seq = 42;
+  period.inputs.enabled = false;
+  period.inputs.has_joints = period.inputs.has_pose = period.inputs.has_features = true;
+  period.inputs.joints = SampleJointState();
+  period.inputs.joints.stamp = Time(Duration(7'899'999'001));
+  period.inputs.pose = {Time(Duration(7'899'999'002)), SamplePose()};
+  period.inputs.features = SampleImageFeatures();
+  period.inputs.features.exposure = Time(Duration(3'999'999'999));
+  value.periods.push_back(period);
+  value.camera_steps.push_back({7, Time(Duration(7'890'000'001)), FromMicroseconds(7'891'000)});
+  return value;
+}
+
+inline ServoSetup SampleServoSetup() {
+  ServoSetup value;
+  value.stamp = FromMicroseconds(9'000'000);
+  value.start = FromMicroseconds(1'000'000);
+  value.program = "vantage-servo 0.1.0";
+  value.scenario_name = "some-scenario";
+  value.scenario = "robot:\n  name: x\n";
+  value.active_camera = false;
+  return value;
+}
+
 template <typename Value>
 Bytes Encoded(const Value& value) {
   Bytes bytes;

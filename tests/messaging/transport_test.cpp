@@ -1,8 +1,11 @@
 #include "vantage/messaging/transport.h"
 
+#include <atomic>
 #include <cstdlib>
+#include <thread>
 
 #include <gtest/gtest.h>
+#include <lcm/lcm-cpp.hpp>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -35,7 +38,9 @@ TEST_F(ChooseTransportTest, TakesWhatTheUserSays) {
 
 TEST_F(ChooseTransportTest, TakesMulticastWhenItWorks) {
   setenv("LCM_DEFAULT_URL", "", 1);
-  const Transport transport = ChooseTransport(WithMulticast({true, ""}));
+  TransportOptions options = WithMulticast({true, ""});
+  options.join_existing = true;
+  const Transport transport = ChooseTransport(options);
   EXPECT_EQ(transport.url, "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152");
   EXPECT_EQ(transport.explanation, "");
   EXPECT_FALSE(transport.hub);
@@ -66,7 +71,7 @@ TEST_F(ChooseTransportTest, JoinsAHubOnlyWhenToldTo) {
   ASSERT_TRUE(own.hub);
   EXPECT_NE(own.url, running.url());
 
-  options.join_existing_hub = true;
+  options.join_existing = true;
   const Transport joined = ChooseTransport(options);
   EXPECT_FALSE(joined.hub);
   EXPECT_EQ(joined.url, running.url());
@@ -74,7 +79,7 @@ TEST_F(ChooseTransportTest, JoinsAHubOnlyWhenToldTo) {
 
 TEST_F(ChooseTransportTest, MakesAHubWhenThereIsNoneToJoin) {
   TransportOptions options = WithMulticast({false, "no route"});
-  options.join_existing_hub = true;
+  options.join_existing = true;
   EXPECT_TRUE(ChooseTransport(options).hub);
 }
 
@@ -90,6 +95,43 @@ int InEmptyNetwork(const Body& body) {
   int status = 0;
   waitpid(pid, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// Two runs side by side, and a third beside a program that merely talks at the usual port.
+TEST(ChooseTransport, KeepsRunsApart) {
+  const int code = InEmptyNetwork([] {
+    if (!test::AddRouteForLcm()) return kNoNamespace;
+    unsetenv("LCM_DEFAULT_URL");
+    TransportOptions options;
+    options.multicast_port = 17667;
+    options.test_timeout = std::chrono::seconds(30);
+    const Transport first = ChooseTransport(options);
+    if (first.url != MulticastUrl(17667) || !first.explanation.empty()) return 1;
+    Transport second = ChooseTransport(options);
+    if (second.url != MulticastUrl(17668) || second.explanation.empty()) return 2;
+    second = Transport();
+    if (ChooseTransport(options).url != MulticastUrl(17668)) return 3;
+
+    options.multicast_port = 17700;
+    options.listen_time = std::chrono::seconds(30);
+    std::atomic<bool> done{false};
+    std::thread talker([&] {
+      lcm::LCM lcm(MulticastUrl(17700));
+      while (!done && lcm.publish("ANY", "x", 1) == 0) usleep(1000);
+    });
+    TransportOptions brief = options;
+    brief.multicast_port = 17701;
+    brief.listen_time = std::chrono::milliseconds(1);
+    const bool silent = ChooseTransport(brief).url == MulticastUrl(17701);
+    // Listening ends as soon as somebody is heard; what is silent costs the whole time.
+    options.listen_time = std::chrono::seconds(2);
+    const std::string url = ChooseTransport(options).url;
+    done = true;
+    talker.join();
+    return silent && url == MulticastUrl(17701) ? 0 : 4;
+  });
+  if (code == kNoNamespace) GTEST_SKIP() << "no network namespaces here";
+  EXPECT_EQ(code, 0);
 }
 
 TEST(TestMulticast, FailsWithAReasonWhereThereIsNoRoute) {

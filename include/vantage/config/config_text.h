@@ -38,4 +38,10 @@ inline constexpr std::size_t kMaxConfigBytes = 1 << 20;
 [[nodiscard]] ConfigText FindConfigText(ConfigKind kind, const std::string& name_or_path,
                                         const std::string& folder = "");
 
+/// `path`, found below `folder` if it is there, else as it is.
+[[nodiscard]] std::string PathBeside(const std::string& folder, const std::string& path);
+
+/// Whether a path names a URDF or xacro file, by its ending.
+[[nodiscard]] bool IsUrdfPath(const std::string& path);
+
 }  // namespace vantage

@@ -47,7 +47,6 @@ struct RobotRemarks {
 
 /// The arm under `key`: the name or path of a robot file, or a mapping as LoadRobot() reads it.
 [[nodiscard]] ArmModel LoadRobotUnder(const Section& parent, const std::string& key,
-                                      SchemaRecorder* recorder = nullptr,
                                       RobotRemarks* remarks = nullptr);
 
 /// Joint values of `arm` under `key`_deg (all in degrees; arms without prismatic joints only) or under

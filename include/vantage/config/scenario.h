@@ -5,6 +5,7 @@
 
 #include "vantage/active/active_camera.h"
 #include "vantage/camera/camera_rig.h"
+#include "vantage/config/config_text.h"
 #include "vantage/config/loaders.h"
 #include "vantage/config/schema.h"
 #include "vantage/config/sim_options.h"
@@ -42,5 +43,11 @@ struct Scenario {
 /// The same from text; relative paths in it are relative to text.folder.
 [[nodiscard]] Scenario ReadScenario(const ConfigText& text, const std::string& name,
                                     SchemaRecorder* recorder = nullptr);
+
+/// A scenario's text that can be read anywhere: the robot's description is in it, and paths of URDF files
+/// are absolute (those files, and their meshes, stay where they are).
+///
+/// Throws ConfigError as LoadScenario() does.
+[[nodiscard]] ConfigText SelfContainedScenario(const std::string& name_or_path);
 
 }  // namespace vantage

@@ -13,6 +13,8 @@ inline constexpr char kCameraImageChannel[] = "CAMERA_IMAGE";               ///<
 inline constexpr char kImageFeaturesChannel[] = "IMAGE_FEATURES";           ///< ImageFeatures.
 inline constexpr char kObservabilityChannel[] = "OBSERVABILITY";  ///< ObservabilityReport.
 inline constexpr char kServoStatusChannel[] = "SERVO_STATUS";     ///< ServoStatus.
+inline constexpr char kServoInputsChannel[] = "SERVO_INPUTS";     ///< ServoRecord.
+inline constexpr char kServoSetupChannel[] = "SERVO_SETUP";       ///< ServoSetup.
 inline constexpr char kSimTruthChannel[] = "SIM_TRUTH";           ///< GroundTruth.
 
 }  // namespace vantage

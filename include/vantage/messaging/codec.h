@@ -10,6 +10,7 @@
 #include "vantage/messaging/refusal.h"
 #include "vantage/robot/joint_state.h"
 #include "vantage/servo/ground_truth.h"
+#include "vantage/servo/servo_record.h"
 #include "vantage/servo/servo_report.h"
 
 /// @file
@@ -22,8 +23,9 @@ namespace vantage {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Most bytes a message may have: of types that hold numbers only, and of images.
+/// Most bytes a message may have: of types that hold numbers only, of records, and of images.
 inline constexpr std::size_t kMaxStateBytes = 16'384;
+inline constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 20;  ///< Of the servo's record.
 inline constexpr std::size_t kMaxImageBytes = std::size_t{16} << 20;
 
 /// Largest magnitude taken for a position, a velocity or a pixel coordinate [rad, m, px, per s].
@@ -41,6 +43,8 @@ inline constexpr double kMaxMagnitude = 1e6;
 [[nodiscard]] Refusal Decode(const void* data, std::size_t size, ServoStatus* out) noexcept;
 [[nodiscard]] Refusal Decode(const void* data, std::size_t size, GroundTruth* out) noexcept;
 [[nodiscard]] Refusal Decode(const void* data, std::size_t size, CameraImage* out) noexcept;
+[[nodiscard]] Refusal Decode(const void* data, std::size_t size, ServoRecord* out) noexcept;
+[[nodiscard]] Refusal Decode(const void* data, std::size_t size, ServoSetup* out) noexcept;
 
 /// The value as a message; *out keeps its capacity. What is encoded is what was given: checking is the
 /// receiver's. Times are cut to whole microseconds.
@@ -53,5 +57,8 @@ void Encode(const ObservabilityReport& value, Bytes* out);
 void Encode(const ServoStatus& value, Bytes* out);
 void Encode(const GroundTruth& value, Bytes* out);
 void Encode(const CameraImage& value, Bytes* out);
+/// Exact: times to the nanosecond, poses as matrices.
+void Encode(const ServoRecord& value, Bytes* out);
+void Encode(const ServoSetup& value, Bytes* out);
 
 }  // namespace vantage

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "vantage/math/time.h"
@@ -84,6 +85,12 @@ class LcmLink {
     handler.deliver = [state] { state->on_value(state->accepted); };
     AddHandler(channel, options.delivery, std::move(handler));
   }
+
+  /// Every message on every channel, whatever the prefix, unchecked and in order: for recorders and
+  /// monitors. Beside other subscriptions, once, before Start().
+  using RawHandler =
+      std::function<void(std::string_view channel, const void* data, std::size_t size)>;
+  void SubscribeAll(RawHandler on_message);
 
   /// Starts receiving. Once.
   void Start();

@@ -14,9 +14,11 @@
 
 namespace vantage {
 
+/// LCM's usual port.
+inline constexpr int kLcmPort = 7667;
 /// Multicast on this machine alone (ttl 0), with a receive buffer that holds images: with the system's
 /// default most of a VGA stream is lost.
-inline constexpr char kMulticastUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+[[nodiscard]] std::string MulticastUrl(int port = kLcmPort);
 /// What makes multicast work on a machine that has no route for it.
 inline constexpr char kMulticastMend[] = "sudo ip route add 239.255.76.67/32 dev lo";
 
@@ -31,9 +33,14 @@ struct MulticastTest {
 [[nodiscard]] MulticastTest TestMulticast(Duration timeout = std::chrono::milliseconds(200));
 
 struct TransportOptions {
-  /// Programs that start others make a hub of their own, so that two runs do not mix. A single program
-  /// joins the hub that answers at the port, if one does.
-  bool join_existing_hub{false};
+  /// A single program joins whoever talks at LCM's usual port, or the hub that answers at its port.
+  /// Programs that start others keep to themselves, so that two runs on one machine do not mix: they take
+  /// the first multicast port from `multicast_port` on that nobody else has taken or is heard at, or make
+  /// a hub of their own.
+  bool join_existing{false};
+  int multicast_port{kLcmPort};
+  Duration listen_time{
+      std::chrono::milliseconds(120)};  ///< How long to listen for others at a port.
   TcpHubOptions hub;
   Duration test_timeout{std::chrono::milliseconds(200)};
   /// For tests: the multicast test to use.
@@ -47,6 +54,8 @@ struct Transport {
   std::string
       explanation;  ///< Lines for the user: why this one, and what to do about it; or empty.
   std::unique_ptr<TcpHub> hub;  ///< The hub this program runs, or null. Lives as long as this.
+  /// Keeps other runs off the multicast port, while it lives; or null.
+  std::shared_ptr<void> claim;
 
   /// What to type in another terminal to watch: "LCM_DEFAULT_URL='...' tools/spy".
   [[nodiscard]] std::string ReadyLine() const;

@@ -33,7 +33,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const bool help = (data[0] & 1) != 0;
   const std::vector<std::uint8_t> bytes(data + 1, data + size);
-  switch (data[0] >> 1 & 7) {
+  switch (data[0] >> 1 & 15) {
     case 0:
       TryDecode(test::SampleJointState(), help, bytes);
       break;
@@ -54,6 +54,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       break;
     case 6:
       TryDecode(test::SampleGroundTruth(), help, bytes);
+      break;
+    case 7:
+      TryDecode(test::SampleServoRecord(), help, bytes);
+      break;
+    case 8:
+      TryDecode(test::SampleServoSetup(), help, bytes);
       break;
     default:
       TryDecode(test::SampleCameraImage(), help, bytes);

@@ -46,7 +46,9 @@ int main(int argc, char** argv) {
   WriteDecode(decode, 4, test::Encoded(test::SampleObservability()));
   WriteDecode(decode, 5, test::Encoded(test::SampleServoStatus()));
   WriteDecode(decode, 6, test::Encoded(test::SampleGroundTruth()));
-  WriteDecode(decode, 7, test::Encoded(test::SampleCameraImage()));
+  WriteDecode(decode, 7, test::Encoded(test::SampleServoRecord()));
+  WriteDecode(decode, 8, test::Encoded(test::SampleServoSetup()));
+  WriteDecode(decode, 9, test::Encoded(test::SampleCameraImage()));
   const std::string tcpq = argv[2];
   Write(tcpq + "/stream",
         Joined({test::ClientHello(), test::NameMessage(2, "J.*_[A-Z]+"),

@@ -1,0 +1,25 @@
+# `cpack` in the build folder: vantage_<version>_<arch>.deb (programs) and vantage-dev_... (headers, libraries, CMake
+# package), with the dependencies that dpkg-shlibdeps finds in the programs.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME vantage)
+set(CPACK_PACKAGE_CONTACT "The Vantage authors <vantage@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Visual servoing with live observability and an active camera")
+set(CPACK_PACKAGE_DESCRIPTION
+  "Real-time image-based visual servo controller on ViSP and LCM that measures how well the camera sees the arm's motion, and moves the camera when that falls too low. With a simulated cell, placement planner, reports and benchmarks.")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL runtime dev)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME vantage)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
+# The renderer opens one of these at run time (sim/render/gl_context.h); pictures come from gnuplot.
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "liblcm-bin, libosmesa6 | libegl-mesa0, gnuplot-nox, fonts-dejavu-core")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "liblcm-java, libjchart2d-java, default-jre")
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME vantage-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libvisp-dev, libopencv-dev, liblcm-dev, liborocos-kdl-dev, liburdfdom-dev, libassimp-dev, libnlopt-dev, libyaml-cpp-dev")
+include(CPack)

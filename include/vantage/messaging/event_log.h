@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "vantage/messaging/codec.h"
+
+/// @file
+/// LCM event logs: what lcm-logger writes and lcm-logplayer plays.
+
+namespace vantage {
+
+/// One message of a log.
+struct LoggedEvent {
+  std::int64_t utime{0};  ///< When it was recorded: the logger's wall clock [us].
+  std::string channel;
+  Bytes data;
+};
+
+/// Reads a log from its begin.
+class EventLogReader {
+ public:
+  /// Throws Error when the file cannot be read or is no event log.
+  explicit EventLogReader(const std::string& path);
+  ~EventLogReader();
+  EventLogReader(const EventLogReader&) = delete;
+  EventLogReader& operator=(const EventLogReader&) = delete;
+
+  /// The next message; false at the end, which is also where a log that was cut off ends.
+  bool Next(LoggedEvent* event);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Writes a log.
+class EventLogWriter {
+ public:
+  /// Throws Error when the file cannot be written.
+  explicit EventLogWriter(const std::string& path);
+  ~EventLogWriter();
+  EventLogWriter(const EventLogWriter&) = delete;
+  EventLogWriter& operator=(const EventLogWriter&) = delete;
+
+  /// Throws Error when the disk is full.
+  void Write(const LoggedEvent& event);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace vantage

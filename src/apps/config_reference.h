@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+/// @file
+/// The page that lists every key of the configuration files, made from the readers themselves.
+
+namespace vantage {
+
+/// The reference in Markdown: for each kind of file a table of key, type, unit, range, default and meaning.
+/// Keys are those that the readers ask for while they read the built-in files and `examples`.
+///
+/// @param examples  Scenario files that use what no built-in one does.
+/// Throws ConfigError when an example is wrong.
+[[nodiscard]] std::string ConfigReference(const std::vector<std::string>& examples);
+
+/// Reads one file as the programs would. Throws ConfigError when it is wrong.
+/// @param kind  "scenario", "robot", "measure" or "recipe".
+/// @return what there is to say of it: one line each.
+[[nodiscard]] std::vector<std::string> CheckConfig(const std::string& kind,
+                                                   const std::string& name_or_path);
+
+/// The kinds that CheckConfig() knows.
+[[nodiscard]] const std::vector<std::string>& ConfigKindNames();
+
+}  // namespace vantage
