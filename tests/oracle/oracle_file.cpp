@@ -217,8 +217,11 @@ Eigen::Vector3d Point(const Node& values) {
 }
 
 ::testing::AssertionResult GradientNear(const Eigen::VectorXd& actual,
-                                        const Eigen::VectorXd& expected) {
-  return JacobianNear(actual, expected, kGradientTolerance);
+                                        const Eigen::VectorXd& expected, double w) {
+  const double largest = expected.cwiseAbs().maxCoeff();
+  return JacobianNear(
+      actual, expected,
+      std::max(kGradientTolerance, largest > 0.0 ? kSigmaTolerance * w / largest : 0.0));
 }
 
 ::testing::AssertionResult SigmaNear(const Measure& measure, const Node& expected) {

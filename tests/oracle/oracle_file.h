@@ -95,9 +95,10 @@ inline constexpr double kGradientTolerance = 1e-7;   // · max|g|
 /// w of a measure: relative where it is not zero.
 [[nodiscard]] ::testing::AssertionResult WNear(const Measure& measure, double expected);
 
-/// max|a - b| <= kGradientTolerance · max|b|.
+/// max|a - b| <= kGradientTolerance · max|b|. Where the gradient vanishes (at a maximum of w, say) what is
+/// left is the rounding of terms of w's own size: kSigmaTolerance · w.
 [[nodiscard]] ::testing::AssertionResult GradientNear(const Eigen::VectorXd& actual,
-                                                      const Eigen::VectorXd& expected);
+                                                      const Eigen::VectorXd& expected, double w);
 
 [[nodiscard]] ::testing::AssertionResult SigmaNear(const Measure& measure, const Node& expected);
 

@@ -220,7 +220,7 @@ Matrix Derivative(const std::function<Vector(const Vector&)>& f, int columns) {
 
 // Gradient of a number by differences of fourth order: its tolerance is wider, and each value dear.
 Vector Gradient(const std::function<Real(const Vector&)>& f, int columns) {
-  constexpr Real h = 0.001L;
+  constexpr Real h = 0.0002L;
   Vector g(columns);
   for (int j = 0; j < columns; ++j) {
     const Vector step = h * Vector::Unit(columns, j);
