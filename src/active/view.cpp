@@ -119,17 +119,27 @@ ViewFault CheckMarkerUnobstructed(const CameraModel& camera, const ViewLimits& l
   return ViewFault::kNone;
 }
 
+Vector3d SightOf(const PlacedMarker& marker) noexcept {
+  return marker.p_W + kFaceOffset * marker.normal_W;
+}
+
+std::optional<PlacedCapsule> ObstacleTo(const PlacedMarker& marker,
+                                        const PlacedCapsule& capsule) noexcept {
+  const double distance = DistanceToAxis(marker.p_W, capsule);
+  if (distance <= capsule.radius + kFaceOffset) return std::nullopt;
+  // Nearer than the ring is wide, the ring's own width would count as an obstacle everywhere.
+  const double ring = 2.0 * marker.radius;
+  PlacedCapsule body = capsule;
+  body.radius += std::min(ring, std::max(0.0, 0.5 * (distance - capsule.radius)));
+  return body;
+}
+
 bool IsHidden(const Vector3d& p_WC, const PlacedMarker& marker,
               const std::vector<PlacedCapsule>& capsules) noexcept {
-  const Vector3d start = marker.p_W + kFaceOffset * marker.normal_W;
-  const double ring = 2.0 * marker.radius;
+  const Vector3d start = SightOf(marker);
   for (const PlacedCapsule& capsule : capsules) {
-    const double distance = DistanceToAxis(marker.p_W, capsule);
-    if (distance <= capsule.radius + kFaceOffset) continue;  // It carries the marker.
-    // Nearer than the ring is wide, the ring's own width would count as an obstacle everywhere.
-    PlacedCapsule body = capsule;
-    body.radius += std::min(ring, std::max(0.0, 0.5 * (distance - capsule.radius)));
-    if (SegmentHitsCapsule(start, p_WC, body)) return true;
+    const std::optional<PlacedCapsule> body = ObstacleTo(marker, capsule);
+    if (body && SegmentHitsCapsule(start, p_WC, *body)) return true;
   }
   return false;
 }

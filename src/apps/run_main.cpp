@@ -1,11 +1,14 @@
 // vantage-run [SCENARIO]: runs a scenario to its end and leaves a run folder behind.
 
+#include <fstream>
 #include <iostream>
 
 #include "app.h"
 #include "run_lockstep.h"
 #include "run_processes.h"
+#include "vantage/config/camera_plan_file.h"
 #include "vantage/config/config_text.h"
+#include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
@@ -16,6 +19,7 @@ struct Arguments {
   std::string out = "runs";
   std::optional<std::uint64_t> seed;
   std::optional<double> time_limit;
+  std::string camera_plan;
   double image_rate = 10.0;
   int priority = 80;
   bool lockstep = false;
@@ -31,10 +35,24 @@ int List() {
   return kExitOk;
 }
 
+// The scenario with the camera where the plan puts it, as a file in the run folder for all processes.
+std::string WritePlannedScenario(const Arguments& arguments, const Scenario& scenario,
+                                 const RunFolder& folder) {
+  const std::string path = folder.File(scenario.name + ".yaml");
+  std::ofstream file(path);
+  file << SelfContainedScenario(arguments.scenario).text << "\n# By --camera-plan.\n"
+       << CameraStartText(scenario.rig, scenario.q_c_start);
+  file.close();
+  if (!file) throw Error(path + ": cannot be written");
+  return path;
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.list) return List();
   // Everything is checked before anything is started or written.
   Scenario scenario = LoadScenario(arguments.scenario);
+  const bool planned = !arguments.camera_plan.empty();
+  if (planned) scenario.q_c_start = LoadCameraStart(arguments.camera_plan, scenario.rig);
   if (arguments.camera == "fixed") scenario.active.enabled = false;
   if (arguments.seed) scenario.sim.seed = *arguments.seed;
   if (arguments.time_limit) scenario.time_limit = *arguments.time_limit;
@@ -48,7 +66,8 @@ int Run(const Arguments& arguments) {
     outcome = RunInLockstep(scenario, folder, &console);
   } else {
     ProcessRunOptions options;
-    options.scenario = arguments.scenario;
+    options.scenario =
+        planned ? WritePlannedScenario(arguments, scenario, folder) : arguments.scenario;
     options.fixed_camera = !scenario.active.enabled;
     options.seed = arguments.seed;
     options.image_rate = arguments.image_rate;
@@ -79,6 +98,8 @@ int main(int argc, char** argv) {
   app.add_option("--camera", arguments.camera, "active: moves to better views; fixed: stays")
       ->check(CLI::IsMember({"active", "fixed"}))
       ->capture_default_str();
+  app.add_option("--camera-plan", arguments.camera_plan,
+                 "Starts with the camera where this result of vantage-plan puts it");
   app.add_option("--time-limit", arguments.time_limit,
                  "Gives up after this long [s], instead of the scenario's")
       ->check(CLI::Range(0.1, 86400.0));

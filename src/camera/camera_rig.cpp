@@ -315,6 +315,22 @@ void ValidateAxis(const RigAxis& axis, const std::string& key) {
 
 }  // namespace
 
+bool AxisTurns(const CameraRig& rig, int axis) noexcept {
+  switch (rig.kind) {
+    case RigKind::kSpherical:
+    case RigKind::kRail:
+      return axis > 0;
+    case RigKind::kFree:
+      return axis > 2;
+    case RigKind::kArm:
+      return !rig.joints[axis].prismatic;
+    case RigKind::kFixed:
+    case RigKind::kPanTilt:
+      break;
+  }
+  return true;
+}
+
 Isometry3d SphericalPose(RigOrientation orientation, const Vector3d& target_W,
                          const Vector4d& q_c) noexcept {
   const SphericalFrame frame = FrameAt(q_c(kTheta), q_c(kPhi));

@@ -26,6 +26,8 @@ const char* FolderOf(ConfigKind kind) {
       return "measure";
     case ConfigKind::kRecipe:
       return "recipes";
+    case ConfigKind::kProblem:
+      return "problems";
   }
   return "";
 }
@@ -40,6 +42,8 @@ const char* NounOf(ConfigKind kind) {
       return "measurement";
     case ConfigKind::kRecipe:
       return "recipe";
+    case ConfigKind::kProblem:
+      return "problem";
   }
   return "";
 }

@@ -1,5 +1,6 @@
 #include <filesystem>
 
+#include "vantage/config/camera_plan_file.h"
 #include "vantage/config/loaders.h"
 #include "vantage/config/scenario.h"
 #include "vantage/robot/kinematics.h"
@@ -237,7 +238,10 @@ Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRec
       root.Text("description", std::string("-"), "One line about the scenario.");
   RobotRemarks remarks;
   const ViewModel view = LoadView(root, &remarks);
-  const RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
+  RigSetup rig = LoadRig(root.Child("camera_rig", "What carries the camera."));
+  if (root.FormOf("camera_start") != Section::Form::kAbsent) {
+    rig.q_c_start = ReadCameraStart(root, rig.rig);
+  }
   Scenario scenario{name, description, {view, {}}, rig.rig, rig.q_c_start, {},
                     {},   60.0,        {},         {},      remarks};
   scenario.servo = LoadServo(root.OptionalChild("servo", "The control law and its limits."));

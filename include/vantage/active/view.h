@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -73,10 +74,19 @@ void SampleArm(const ViewModel& model, const JointVector& q, ArmSample* sample);
                                                 const Eigen::Isometry3d& X_WC,
                                                 const PlacedMarker& marker) noexcept;
 
+/// Where rays to a marker start: a little before its face, so that a capsule whose skin the face lies on
+/// is no obstacle [m].
+[[nodiscard]] Eigen::Vector3d SightOf(const PlacedMarker& marker) noexcept;
+
+/// The body that a ray from SightOf(marker) must not meet for the capsule not to hide the marker: the
+/// capsule grown by the width of the marker's ring. None for a capsule that the marker's centre lies in
+/// or touches: that one carries the marker and hides it only from behind. Real-time safe.
+[[nodiscard]] std::optional<PlacedCapsule> ObstacleTo(const PlacedMarker& marker,
+                                                      const PlacedCapsule& capsule) noexcept;
+
 /// True when a capsule stands between the camera's centre and the marker: the segment from the
 /// marker's centre to the camera comes nearer to the capsule's surface than the marker's ring is wide.
-/// A capsule that the centre lies in or touches carries the marker: it hides the marker only from
-/// behind, which CheckMarkerUnobstructed() finds. Real-time safe.
+/// What is behind a marker's own body is for CheckMarkerUnobstructed() to find. Real-time safe.
 [[nodiscard]] bool IsHidden(const Eigen::Vector3d& p_WC, const PlacedMarker& marker,
                             const std::vector<PlacedCapsule>& capsules) noexcept;
 

@@ -75,6 +75,10 @@ struct RigHead {
   int roll{-1};
 };
 
+/// True when the axis is an angle, false when it is a length.
+/// @pre 0 <= axis < rig.size().
+[[nodiscard]] bool AxisTurns(const CameraRig& rig, int axis) noexcept;
+
 /// Spherical frame of PAPER_NOTES 14: e_r = (sθ cφ, sθ sφ, cθ), e_theta = (cθ cφ, cθ sφ, -sθ),
 /// e_phi = (-sφ, cφ, 0); camera at target + R e_r. Defined at the poles too.
 ///

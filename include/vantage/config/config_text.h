@@ -21,6 +21,7 @@ enum class ConfigKind {
   kScenario,  ///< config/scenarios
   kMeasure,   ///< config/measure: one configuration to measure
   kRecipe,    ///< config/recipes: maps of measures
+  kProblem,   ///< config/problems: cameras to place
 };
 
 /// Largest file that is read [bytes].

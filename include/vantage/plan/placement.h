@@ -1,0 +1,114 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "vantage/plan/placement_model.h"
+
+/// @file
+/// Where a camera should stand: global search, then polish (docs/placement.md).
+
+namespace vantage {
+
+/// Effort of a search. The defaults reach the global optimum of the benchmark's instances; they grow
+/// with the number of free axes where they are 0.
+struct PlacementSearch {
+  int grid{0};         ///< Cameras scored at first; 0: 2560 for up to 4 free axes, else 10240.
+  int starts{0};       ///< Evolution strategies; 0: 16 or 32.
+  int members{0};      ///< Of a generation of each; 0: 16 or 48.
+  int generations{0};  ///< 0: 24 or 60.
+  int polished{4};     ///< Best ends that are polished.
+  std::uint64_t seed{1};
+};
+
+/// A limit that holds the optimum back.
+struct ActiveLimit {
+  std::string name;    ///< "field of view", "R, lower end", ...
+  double margin{0.0};  ///< What is left of it [m], or of an axis' range [m or rad].
+};
+
+/// One camera and what it is worth.
+struct PlacedCamera {
+  RigVector q_c;
+  Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};
+  double value{0.0};      ///< Of the objective: the paper's cost with the sign turned.
+  PlanMargins margins{};  ///< Worst over motion, markers and perturbed poses [m].
+  bool feasible{false};
+};
+
+/// What one limit does to an infeasible problem.
+struct LimitDiagnosis {
+  std::string name;
+  /// Best margin any camera tried has in this limit alone [m]: negative: it cannot be kept by itself.
+  double best_margin{0.0};
+  /// Margin at the camera that is nearest to keeping everything [m].
+  double margin_at_nearest{0.0};
+  /// Cameras are found that keep all other limits.
+  bool alone_prevents{false};
+};
+
+/// A problem whose least value over the motion is not what the samples say (PAPER_NOTES 16, 18).
+struct WorstCaseWarning {
+  enum class Kind {
+    kNone,
+    kChangesSign,  ///< det J_c changes its sign between two samples: the least value is 0 there.
+    kArmSingular,  ///< At a sample J_c loses rank for every camera: the least value is 0 for all.
+  };
+  Kind kind{Kind::kNone};
+  int sample{-1};    ///< The first such sample.
+  double time{0.0};  ///< Of it [s].
+};
+
+struct PlacementResult {
+  PlacedCamera
+      best;  ///< feasible is false when no camera keeps all limits: then the nearest to it.
+  PlacedCamera worst;  ///< The least good of the feasible cameras of the first grid.
+  PlacedCamera start;  ///< The camera at q_c_start.
+  std::vector<ActiveLimit> active;
+  std::vector<LimitDiagnosis> diagnosis;  ///< Empty where a camera was found.
+  WorstCaseWarning warning;               ///< Of PlanAggregate::kWorst alone.
+  std::int64_t evaluations{0};            ///< Jacobians measured.
+  std::int64_t cameras{0};                ///< Cameras scored.
+  int grid_feasible{0};                   ///< Cameras of the first grid that keep the frustum.
+  int grid{0};                            ///< Cameras of the first grid.
+};
+
+/// Told now and then how far a search is (share of its work) and the best value so far, if any.
+using PlanProgress =
+    std::function<void(const std::string& stage, double share, const std::optional<double>& best)>;
+
+/// The camera with the greatest value that keeps all limits. The same problem and search give the same
+/// result.
+[[nodiscard]] PlacementResult PlaceCamera(const PlacementModel& model,
+                                          const PlacementSearch& search = {},
+                                          const PlanProgress& progress = {});
+
+/// Value and margins of one camera.
+[[nodiscard]] PlacedCamera JudgeCamera(const PlacementModel& model, const RigVector& q_c);
+
+/// The best of a grid that is independent of the search, its best cells polished: the certificate of a
+/// result.
+struct GridCheck {
+  std::int64_t cameras{0};
+  double best_on_grid{0.0};  ///< Value; -inf: none is feasible.
+  PlacedCamera best;         ///< After polishing.
+  /// How much less the result is worth than `best`, relative; negative: it is worth more.
+  double gap{0.0};
+};
+[[nodiscard]] GridCheck CheckAgainstGrid(const PlacementModel& model, const PlacedCamera& result,
+                                         std::int64_t cameras, const PlanProgress& progress = {});
+
+/// Values over two free axes of the rig, the others as in `q_c`; where a camera steps back along its
+/// optical axis it does so just as far as field of view and least depth need.
+struct PlacementMap {
+  int axis_x{0}, axis_y{1};  ///< Of the rig.
+  std::vector<double> x, y;
+  std::vector<PlacedCamera> cells;  ///< x.size() · y.size(), row by row of y.
+};
+[[nodiscard]] PlacementMap MapPlacements(const PlacementModel& model, const RigVector& q_c,
+                                         int axis_x, int axis_y, int columns, int rows);
+
+}  // namespace vantage

@@ -1,0 +1,124 @@
+// vantage-plan PROBLEM: where a camera should stand.
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+
+#include "app.h"
+#include "plan_pictures.h"
+#include "plan_print.h"
+#include "plan_result.h"
+#include "vantage/config/config_text.h"
+#include "vantage/math/error.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string problem;
+  std::string out = "plans";
+  std::int64_t grid_check = 0;
+  std::optional<std::uint64_t> seed;
+  bool no_pictures = false;
+  bool list = false;
+  bool quiet = false;
+};
+
+int List() {
+  for (const std::string& name : BuiltInConfigs(ConfigKind::kProblem)) {
+    std::cout << name << ": " << LoadPlacement(name).description << '\n';
+  }
+  std::cout << "and every scenario of vantage-run --list, by its name\n";
+  return kExitOk;
+}
+
+std::string MakeStem(const std::string& folder, const std::string& name) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw ConfigError("", "--out", folder + ": " + error.message());
+  return (std::filesystem::path(folder) / name).string();
+}
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
+  const PlacementModel model(setup.problem);
+  PlanProgressBar bar(arguments.quiet);
+  const PlanProgress progress = [&](const std::string& stage, double share,
+                                    const std::optional<double>& best) { bar(stage, share, best); };
+  const auto start = std::chrono::steady_clock::now();
+  const PlacementResult result = PlaceCamera(model, setup.search, progress);
+  const double seconds = SecondsSince(start);
+  std::optional<GridCheck> check;
+  if (arguments.grid_check > 0 && result.best.feasible) {
+    check = CheckAgainstGrid(model, result.best, arguments.grid_check, progress);
+  }
+  bar.End();
+  const std::string stem = MakeStem(arguments.out, setup.name);
+  std::vector<std::string> files{stem + "_plan.yaml"};
+  if (!result.best.feasible) {
+    std::cerr << "vantage-plan: " << InfeasibleText(setup, result);
+    return kExitNotReached;
+  }
+  WritePlacementResult(files[0], setup, model, result, seconds, check);
+  if (!arguments.quiet) {
+    std::cout << ResultText(setup, model, result, seconds);
+    if (check) std::cout << GridCheckText(*check);
+    std::cout << std::flush;
+  }
+  if (!arguments.no_pictures) {
+    for (const std::string& file : PlotPlacementMap(setup, model, result, stem)) {
+      files.push_back(file);
+    }
+    for (const std::string& file : DrawViews(setup, result, stem)) files.push_back(file);
+  }
+  if (!arguments.quiet) {
+    for (const std::string& file : files) std::cout << "  " << file << '\n';
+    if (!setup.scenario.empty()) {
+      std::cout << "from there: vantage-run " << setup.scenario << " --camera-plan " << files[0]
+                << '\n';
+    }
+  }
+  return kExitOk;
+}
+
+int Run(const Arguments& arguments) {
+  if (arguments.list) return List();
+  if (arguments.problem.empty()) {
+    throw ConfigError("", "", "name a problem or a scenario (see --list and --help)");
+  }
+  PlacementSetup setup = LoadPlacement(arguments.problem);
+  if (arguments.seed) setup.search.seed = *arguments.seed;
+  if (!arguments.quiet) std::cout << setup.name << ": " << setup.description << '\n' << std::flush;
+  return PlaceFixed(arguments, setup);
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  vantage::Arguments arguments;
+  CLI::App app(
+      "Finds where a camera should stand for an arm's motion: the best observability (paper, eqs. "
+      "13, 14, 16, 23) under field of view, depth, focus, occlusion, facing and keep-out limits. "
+      "Writes the camera as YAML for vantage-run, a heat map and pictures of the views. Exit code "
+      "1 "
+      "when no camera keeps all limits.",
+      "vantage-plan");
+  app.add_option("problem", arguments.problem,
+                 "Built-in problem (see --list), a YAML file, or a scenario's name");
+  app.add_option("--out", arguments.out, "Folder for the result and the pictures")
+      ->capture_default_str();
+  app.add_option("--grid-check", arguments.grid_check,
+                 "Also searches a dense grid of this many cameras and states the gap")
+      ->expected(0, 1)
+      ->default_str("200000")
+      ->check(CLI::Range(std::int64_t{1000}, std::int64_t{100000000000}));
+  app.add_option("--seed", arguments.seed, "Of the search, instead of the problem's");
+  app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
+  app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");
+  app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
+  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
+}

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include "vantage/config/placement_file.h"
+
+/// @file
+/// What vantage-plan says on the terminal.
+
+namespace vantage {
+
+/// A bar with the best value so far, on stderr where that is a terminal.
+class PlanProgressBar {
+ public:
+  explicit PlanProgressBar(bool quiet);
+  void operator()(const std::string& stage, double share, const std::optional<double>& best);
+  void End();
+
+ private:
+  bool shown_;
+  bool written_ = false;
+  std::optional<double> best_;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+/// "R 0.95 m, theta 34.12 deg, ...".
+[[nodiscard]] std::string CoordinatesText(const CameraRig& rig, const RigVector& q_c);
+/// What is made great: "the integral of w_c over 4 s (eq. 14)".
+[[nodiscard]] std::string ObjectiveText(const PlacementProblem& problem);
+/// Line by line: the best camera, what holds it back, what it is worth beside the others.
+[[nodiscard]] std::string ResultText(const PlacementSetup& setup, const PlacementModel& model,
+                                     const PlacementResult& result, double seconds);
+/// Which limits make the problem infeasible, and by how much.
+[[nodiscard]] std::string InfeasibleText(const PlacementSetup& setup,
+                                         const PlacementResult& result);
+[[nodiscard]] std::string GridCheckText(const GridCheck& check);
+
+}  // namespace vantage

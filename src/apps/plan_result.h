@@ -1,0 +1,16 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "vantage/config/placement_file.h"
+
+namespace vantage {
+
+/// The result as YAML: `camera_start` is what vantage-run --camera-plan takes, the rest is the
+/// certificate. Numbers are written to their last bit.
+void WritePlacementResult(const std::string& path, const PlacementSetup& setup,
+                          const PlacementModel& model, const PlacementResult& result,
+                          double seconds, const std::optional<GridCheck>& check);
+
+}  // namespace vantage

@@ -1,0 +1,311 @@
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "vantage/config/loaders.h"
+#include "vantage/config/placement_file.h"
+#include "vantage/config/scenario.h"
+#include "vantage/robot/kinematics.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kDegrees = 180.0 / 3.141592653589793;
+constexpr double kFarthest = 1000.0;  // [m]
+
+// What is placed for what: of a scenario, or the file's own.
+struct Cell {
+  ViewModel view;
+  RigSetup rig;
+  ViewLimits limits;
+  bool pixels{true};
+  BatchLens lens;
+  std::optional<std::pair<JointVector, JointVector>> motion;  // start and goal of a scenario
+  std::vector<PlacedMarker> scene_markers;
+};
+
+std::vector<BatchRow> RowsOf(const Section& root, const ViewModel& view) {
+  std::vector<BatchRow> rows;
+  for (const Feature& feature : view.features.features()) {
+    if (feature.kind != FeatureKind::kPointX && feature.kind != FeatureKind::kPointY) {
+      root.Fail("features", std::string("must be coordinates of points (point, point_x, point_y) "
+                                        "where a camera is placed for them; ") +
+                                NameOf(feature.kind) + " is not");
+    }
+    rows.push_back({feature.points[0], feature.kind == FeatureKind::kPointX ? 0 : 1});
+  }
+  if (rows.size() > 16) {
+    root.Fail("features", "must be 16 rows at most, are " + std::to_string(rows.size()));
+  }
+  return rows;
+}
+
+Cell CellOfScenario(const Section& root, const Scenario& scenario) {
+  const ViewModel& view = scenario.task.view;
+  Cell cell{view, {scenario.rig, scenario.q_c_start}, scenario.active.planner.limits, true, {}, {},
+            {}};
+  std::vector<Eigen::Vector3d> p_EP, p_WP;
+  for (std::size_t i = 0; i < view.markers.size(); ++i) {
+    p_EP.push_back(view.markers[i].p);
+    p_WP.push_back(scenario.p_WG_true[i]);
+  }
+  const PointGoalSolution goal = SolveForPoints(view.arm, p_EP, p_WP, scenario.sim.q_start);
+  if (!(goal.rms_error < 1e-3)) {
+    root.Fail("scenario",
+              "has a goal that the arm misses by " + std::to_string(1e3 * goal.rms_error) + " mm");
+  }
+  const ServoGoal& shown = scenario.task.goal;
+  for (std::size_t i = 0; i < shown.marker_ids.size(); ++i) {
+    cell.scene_markers.push_back({shown.p_WG[i], shown.normals[i], shown.marker_radius});
+  }
+  cell.motion = std::make_pair(scenario.sim.q_start, goal.q);
+  return cell;
+}
+
+Cell OwnCell(const Section& root) {
+  const ArmModel arm = LoadRobotUnder(root, "robot");
+  const std::vector<Marker> markers =
+      LoadMarkers(root, "markers", 1, kMaxPoints, "Dots on the end effector, in its frame.");
+  const int count = static_cast<int>(markers.size());
+  const FeatureSet features(LoadFeatures(root, "features", count), count);
+  const Section section = root.OptionalChild("camera", "Intrinsics of the camera.");
+  Cell cell{{arm, CameraModel(), features, markers}, {}, {}, true, {}, {}, {}};
+  cell.pixels = section.Choice<bool>(
+      "units", {{"pixels", true}, {"metric", false}}, true,
+      "Units of the features: pixels, or those of `focal` as in the paper (focal 1: normalised).");
+  if (cell.pixels) {
+    cell.view.camera = LoadCamera(section);
+  } else {
+    CameraModel& camera = cell.view.camera;
+    camera.fx = camera.fy =
+        section.Number("focal", {1e-6, 1e6, ""}, kRequired, "Metric units: the focal length f.");
+    camera.u0 = camera.v0 = 0.0;
+    cell.lens.fx = cell.lens.fy = camera.fx;
+    const Eigen::VectorXd half =
+        section.FormOf("half_view") == Section::Form::kAbsent
+            ? Eigen::VectorXd::Constant(2, 1e6)
+            : section.Numbers("half_view", {1e-3, 1e6, ""}, 2, 2,
+                              "Metric units: largest |x| and |y| in the image at unit distance.");
+    cell.lens.x_min = -half(0);
+    cell.lens.x_max = half(0);
+    cell.lens.y_min = -half(1);
+    cell.lens.y_max = half(1);
+  }
+  cell.rig =
+      LoadRig(root.Child("camera_rig", "What carries the camera; limits are its workspace."));
+  return cell;
+}
+
+BatchBox LoadBox(const Section& section) {
+  BatchBox box;
+  box.X_WB = LoadPose(section, "pose", true, "Of the box's centre in the world.");
+  box.half = 0.5 * section.Vector3("size", {0.0, kFarthest, "m"}, kRequired, "Edge lengths.");
+  return box;
+}
+
+std::vector<BatchBox> LoadBoxes(const Section& section, const std::string& key,
+                                const std::string& help) {
+  std::vector<BatchBox> boxes;
+  for (const Section& box : section.Children(key, 0, 16, help)) boxes.push_back(LoadBox(box));
+  return boxes;
+}
+
+PlanLimits LoadLimits(const Section& section, Cell* cell) {
+  PlanLimits limits;
+  ViewLimits& view = cell->limits;
+  if (cell->pixels) {
+    view.margin = section.Number("margin", {0.0, 10000.0, "px"}, view.margin,
+                                 "Distance of markers to the image's border.");
+    cell->lens = BatchLens::FromCamera(cell->view.camera, view.margin);
+  }
+  limits.depth.min = section.Number("min_depth", {0.001, kFarthest, "m"}, view.min_depth,
+                                    "Least depth of a marker.");
+  limits.depth.max = section.Number("max_depth", {0.001, kFarthest, "m"}, view.max_depth,
+                                    "Greatest depth of a marker.");
+  if (limits.depth.max <= limits.depth.min) section.Fail("max_depth", "must be above min_depth");
+  if (section.FormOf("focus") != Section::Form::kAbsent) {
+    const Eigen::VectorXd focus = section.Numbers("focus", {0.001, kFarthest, "m"}, 2, 2,
+                                                  "Depths between which the lens is sharp.");
+    if (!(focus(1) > focus(0))) section.Fail("focus", "must end farther than it begins");
+    limits.focus = DepthLimits{focus(0), focus(1)};
+  }
+  double ring = 0.0;
+  for (const Marker& marker : cell->view.markers) ring = std::max(ring, 2.0 * marker.radius);
+  for (const PlacedMarker& marker : cell->scene_markers) ring = std::max(ring, 2.0 * marker.radius);
+  limits.rim = section.Number(
+      "rim", {0.0, 100.0, "m"}, cell->pixels ? ring : 0.0,
+      "Radius about each marker that has to be in the image too; default: its ring's, in pixels.");
+  limits.max_incidence =
+      section.Degrees("max_incidence_deg", {1.0, 180.0, "deg"}, view.max_incidence * kDegrees,
+                      "Greatest angle between a marker's normal and the ray to it; 180: any.");
+  limits.occlusion = section.Flag("occlusion", true, "Whether the arm's links hide markers.");
+  limits.boxes = LoadBoxes(section, "boxes", "Things in the world that hide markers.");
+  limits.keep_out = LoadBoxes(section, "keep_out", "Where the camera's centre must not be.");
+  limits.clearance = section.Number("clearance", {0.0, kFarthest, "m"}, 0.0,
+                                    "Distance of the camera's centre to keep_out boxes.");
+  return limits;
+}
+
+PlanObjective LoadObjective(const Section& section) {
+  PlanObjective objective;
+  objective.quantity = section.Choice<PlanQuantity>(
+      "of",
+      {{"composite", PlanQuantity::kComposite},
+       {"view", PlanQuantity::kView},
+       {"weighted_sum", PlanQuantity::kWeightedSum},
+       {"product", PlanQuantity::kProduct}},
+      objective.quantity,
+      "composite: J_c (eqs. 14, 16); view: J_v (eq. 13); weighted_sum: k_v w_v + k_r w_r (eq. 23); "
+      "product: w_v w_r.");
+  objective.aggregate = section.Choice<PlanAggregate>(
+      "over", {{"integral", PlanAggregate::kIntegral}, {"worst", PlanAggregate::kWorst}},
+      objective.aggregate, "Integral over the motion's time, or its least value (eq. 16).");
+  objective.measure =
+      section.Choice<BatchMeasure>("measure",
+                                   {{"w", BatchMeasure::kW},
+                                    {"log_w", BatchMeasure::kLogW},
+                                    {"sigma_min", BatchMeasure::kSigmaMin},
+                                    {"inverse_condition", BatchMeasure::kInverseCondition},
+                                    {"trace", BatchMeasure::kNegativeTrace}},
+                                   objective.measure,
+                                   "What is measured of the Jacobian; trace: the sum of 1/sigma^2, "
+                                   "which is made small.");
+  objective.task = section.Choice<ViewTask>(
+      "task", {{"body", ViewTask::kBody}, {"plane", ViewTask::kPlane}, {"space", ViewTask::kSpace}},
+      objective.task,
+      "Motions that J_v maps: the end effector's twist, or its translation along x and y or in "
+      "space.");
+  objective.k_v = section.Number("k_v", {0.0, 1e12, ""}, objective.k_v, "Weight of w_v (eq. 23).");
+  objective.k_r = section.Number("k_r", {0.0, 1e12, ""}, objective.k_r, "Weight of w_r (eq. 23).");
+  return objective;
+}
+
+PoseUncertainty LoadUncertainty(const Section& section) {
+  PoseUncertainty uncertainty;
+  uncertainty.position = section.Number("position", {0.0, 10.0, "m"}, 0.0,
+                                        "Standard deviation of the camera's place, each axis.");
+  uncertainty.rotation =
+      section.Degrees("rotation_deg", {0.0, 45.0, "deg"}, 0.0, "The same of its rotation vector.");
+  uncertainty.worst = section.Choice<bool>("by", {{"mean", false}, {"worst", true}}, false,
+                                           "Mean over the perturbed poses, or the worst of them "
+                                           "(two standard deviations along each axis).");
+  return uncertainty;
+}
+
+ArmMotion LoadMotion(const Section& section, const Cell& cell) {
+  const double duration =
+      section.Number("duration", {1e-6, 86400.0, "s"}, 1.0, "Of the whole motion.");
+  const int samples = static_cast<int>(
+      section.Integer("samples", 1, 4096, 128, "Configurations it is measured at."));
+  if (section.FormOf("poses") != Section::Form::kAbsent) {
+    std::vector<Eigen::Isometry3d> poses;
+    for (const Section& pose :
+         section.Children("poses", 1, 256, "Poses of the end effector that the motion passes.")) {
+      Eigen::Isometry3d X_WE = LoadPose(pose, "pose", true, "In the world.");
+      poses.push_back(X_WE);
+    }
+    const PathFrame frame = section.Choice<PathFrame>(
+        "keep", {{"position", PathFrame::kPosition}, {"pose", PathFrame::kPose}}, PathFrame::kPose,
+        "Whether the poses' orientations count.");
+    const JointVector q_near =
+        LoadJoints(section, "near", cell.view.arm, "Joints near those of the first pose.");
+    return MoveThroughPoses(cell.view, poses, frame, q_near, duration, samples);
+  }
+  std::vector<JointVector> waypoints;
+  if (section.FormOf("joints") == Section::Form::kAbsent && cell.motion) {
+    waypoints = {cell.motion->first, cell.motion->second};
+  } else {
+    for (const Section& point :
+         section.Children("joints", 1, 256, "Joints that the motion passes.")) {
+      waypoints.push_back(LoadJoints(point, "at", cell.view.arm, "Joints of a waypoint."));
+    }
+    if (waypoints.empty()) section.Fail("", "needs joints or poses that the motion passes");
+  }
+  return MoveThroughJoints(cell.view, waypoints, duration, samples);
+}
+
+PlacementSearch LoadSearch(const Section& section) {
+  PlacementSearch search;
+  const auto count = [&](const char* key, int most, int fallback, const char* help) {
+    return static_cast<int>(section.Integer(key, fallback == 0 ? 0 : 1, most, fallback, help));
+  };
+  search.grid = count("grid", 10000000, 0, "Cameras scored at first; 0: by the free axes.");
+  search.starts = count("starts", 4096, 0, "Evolution strategies; 0: by the free axes.");
+  search.members = count("members", 4096, 0, "Of a generation of each; 0: by the free axes.");
+  if (search.members > 0 && search.members < 4) section.Fail("members", "must be 0 or >= 4");
+  search.generations = count("generations", 100000, 0, "Generations; 0: by the free axes.");
+  search.polished = count("polished", 4096, search.polished, "Ends that are polished.");
+  search.seed = static_cast<std::uint64_t>(
+      section.Integer("seed", 0, 1000000000, 1, "Of the search's random numbers."));
+  return search;
+}
+
+PlacementSetup Assemble(const Section& root, const Cell& given, const std::string& name) {
+  Cell cell = given;
+  PlacementSetup setup{name, "", "", cell.pixels, cell.view, {}, {}};
+  setup.problem.limits =
+      LoadLimits(root.OptionalChild("limits", "What every view must keep."), &cell);
+  setup.problem.lens = cell.lens;
+  setup.problem.rig = cell.rig.rig;
+  setup.problem.q_c_start = cell.rig.q_c_start;
+  setup.problem.scene_markers = cell.scene_markers;
+  setup.problem.rows = RowsOf(root, cell.view);
+  setup.problem.objective =
+      LoadObjective(root.OptionalChild("objective", "What a camera is worth."));
+  setup.problem.uncertainty = LoadUncertainty(
+      root.OptionalChild("robust", "How well the camera will stand where it is placed."));
+  setup.problem.motion =
+      LoadMotion(root.OptionalChild("motion", "The arm's motion that is to be seen."), cell);
+  setup.search = LoadSearch(root.OptionalChild("search", "How hard to search."));
+  return setup;
+}
+
+PlacementSetup OfScenario(const Scenario& scenario) {
+  const Section nothing = ParseConfig({"scenario " + scenario.name, "", "description: none"});
+  PlacementSetup setup = Assemble(nothing, CellOfScenario(nothing, scenario), scenario.name);
+  setup.scenario = scenario.name;
+  setup.description = scenario.description;
+  return setup;
+}
+
+bool IsBuiltIn(ConfigKind kind, const std::string& name) {
+  const std::vector<std::string> names = BuiltInConfigs(kind);
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+PlacementSetup LoadPlacement(const std::string& name_or_path, SchemaRecorder* recorder) {
+  if (!IsBuiltIn(ConfigKind::kProblem, name_or_path) &&
+      IsBuiltIn(ConfigKind::kScenario, name_or_path)) {
+    return OfScenario(LoadScenario(name_or_path));
+  }
+  return ReadPlacement(FindConfigText(ConfigKind::kProblem, name_or_path),
+                       std::filesystem::path(name_or_path).stem().string(), recorder);
+}
+
+PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,
+                             SchemaRecorder* recorder) {
+  const Section root = ParseConfig(text, recorder);
+  const std::string description = root.Text("description", std::string("-"), "One line.");
+  const bool of_scenario = root.FormOf("scenario") != Section::Form::kAbsent;
+  const std::string scenario =
+      of_scenario ? root.Text("scenario", kRequired,
+                              "Scenario (built in or a file) whose arm, markers, features, camera, "
+                              "rig, view limits and motion are taken.")
+                  : "";
+  PlacementSetup setup =
+      of_scenario
+          ? Assemble(root,
+                     CellOfScenario(root, ReadScenario(FindConfigText(ConfigKind::kScenario,
+                                                                      scenario, root.folder()),
+                                                       scenario)),
+                     name)
+          : Assemble(root, OwnCell(root), name);
+  root.RejectUnknownKeys();
+  setup.description = description;
+  setup.scenario = scenario;
+  return setup;
+}
+
+}  // namespace vantage

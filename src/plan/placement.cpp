@@ -1,0 +1,580 @@
+#include "vantage/plan/placement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <Eigen/LU>
+
+#include "cma_es.h"
+#include "polish.h"
+#include "search_space.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Isometry3d;
+using plan::CmaEs;
+using plan::SearchSpace;
+using plan::SearchVector;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Starts of evolution strategies are this far apart along some axis, as a share of its range.
+constexpr double kApart = 0.1;
+// Cameras that are scored in one go.
+constexpr int kBlock = 512;
+
+struct Candidate {
+  SearchVector u;  // as asked for
+  RigVector q_c;   // as judged: perhaps a step back from u
+  double merit{-kInfinity};
+  double score{0.0};
+  PlanMargins margins{};
+  double violation{kInfinity};  // of what was checked
+  bool sights_checked{false};
+  double back{0.0};  // the step back, per unit
+};
+
+// What keeps the limits is better than what does not; among the latter the least violation counts.
+bool Better(const Candidate& a, const Candidate& b) {
+  if (a.violation != b.violation) return a.violation < b.violation;
+  return a.merit > b.merit;
+}
+
+PlacementSearch Effort(PlacementSearch search, int free_axes) {
+  const bool few = free_axes <= 4;
+  const auto fill = [](int* value, int fallback) {
+    if (*value == 0) *value = fallback;
+  };
+  fill(&search.grid, few ? 2560 : 10240);
+  fill(&search.starts, few ? 16 : 32);
+  fill(&search.members, few ? 16 : 48);
+  fill(&search.generations, few ? 24 : 60);
+  search.polished = std::max(1, search.polished);
+  return search;
+}
+
+// Judges candidates in blocks: a step back to where the frustum is kept, score, and what else may break.
+class Judge {
+ public:
+  Judge(const PlacementModel& model, const SearchSpace& space)
+      : model_(model), space_(space), scorer_(model) {}
+
+  /// Everything but sights; candidates hold u.
+  void Frustum(Candidate* first, int count, BatchPrecision precision) {
+    for (int done = 0; done < count; done += kBlock) {
+      Block(first + done, std::min(kBlock, count - done), precision);
+    }
+  }
+
+  /// Occlusion and facing, of those that keep the rest.
+  void Sights(Candidate* first, int count) {
+    if (model_.obstacles() == nullptr) {
+      for (int i = 0; i < count; ++i) first[i].sights_checked = true;
+      return;
+    }
+    std::vector<Candidate*> asked;
+    poses_.clear();
+    for (int i = 0; i < count; ++i) {
+      if (first[i].sights_checked || first[i].violation > 0.0) continue;
+      asked.push_back(&first[i]);
+      poses_.push_back(RigPose(space_.rig(), first[i].q_c));
+    }
+    if (asked.empty()) return;
+    margins_.resize(asked.size());
+    for (std::size_t i = 0; i < asked.size(); ++i) margins_[i] = asked[i]->margins;
+    scorer_.Load(poses_);
+    scorer_.Obstacles(&margins_);
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      asked[i]->margins = margins_[i];
+      asked[i]->sights_checked = true;
+      asked[i]->violation = ViolationOf(margins_[i]);
+    }
+  }
+
+  [[nodiscard]] CameraScorer& scorer() noexcept { return scorer_; }
+  [[nodiscard]] std::int64_t cameras() const noexcept { return cameras_; }
+
+ private:
+  [[nodiscard]] double ViolationOf(const PlanMargins& margins) const {
+    return model_.Keeps(margins) ? 0.0 : model_.Violation(margins);
+  }
+
+  void Block(Candidate* first, int count, BatchPrecision precision) {
+    cameras_ += count;
+    poses_.resize(count);
+    for (int i = 0; i < count; ++i) {
+      first[i].q_c = space_.ToRig(first[i].u);
+      poses_[i] = RigPose(space_.rig(), first[i].q_c);
+    }
+    scorer_.Load(poses_);
+    scorer_.Frustum(precision, &margins_);
+    if (space_.can_step_back() && StepBack(first, count, precision)) scorer_.Load(poses_);
+    scorer_.Scores(precision, &scores_);
+    for (int i = 0; i < count; ++i) {
+      Candidate& c = first[i];
+      c.margins = margins_[i];
+      c.score = scores_[i];
+      c.merit = model_.Merit(c.score);
+      c.violation = ViolationOf(c.margins);
+      c.sights_checked = false;
+    }
+  }
+
+  // Moves cameras that are too near back along their axes, by what the margins say. True if any moved.
+  bool StepBack(Candidate* first, int count, BatchPrecision precision) {
+    // What single precision may be off by.
+    const double reserve = (precision == BatchPrecision::kSingle ? 1e-5 : 1e-12) * model_.unit();
+    bool any = false;
+    bool exact = true;
+    for (int i = 0; i < count; ++i) {
+      const double back = -std::min(margins_[i][0], margins_[i][2]);
+      first[i].back = std::max(0.0, back) / model_.unit();
+      if (!(back > 0.0)) continue;
+      const RigVector moved = space_.StepBack(first[i].q_c, back + reserve);
+      if (space_.step_axis() >= 0 && model_.problem().limits.keep_out.empty() &&
+          model_.offsets().size() == 1) {
+        const double by = moved(space_.step_axis()) - first[i].q_c(space_.step_axis());
+        margins_[i][0] += by;
+        margins_[i][1] -= by;
+        margins_[i][2] += by;
+      } else {
+        exact = false;
+      }
+      first[i].q_c = moved;
+      poses_[i] = RigPose(space_.rig(), moved);
+      any = true;
+    }
+    if (any && !exact) {
+      scorer_.Load(poses_);
+      scorer_.Frustum(precision, &margins_);
+    }
+    return any;
+  }
+
+  const PlacementModel& model_;
+  const SearchSpace& space_;
+  CameraScorer scorer_;
+  std::vector<Isometry3d> poses_;
+  std::vector<PlanMargins> margins_;
+  std::vector<double> scores_;
+  std::int64_t cameras_{0};
+};
+
+std::vector<Candidate> SpreadOut(const SearchSpace& space, int count, std::int64_t first) {
+  std::vector<Candidate> candidates(count);
+  for (int i = 0; i < count; ++i) candidates[i].u = space.Spread(first + i);
+  return candidates;
+}
+
+// The first grid: where stepping back makes a camera the nearest that its direction allows, half the
+// cameras begin at the near end.
+std::vector<Candidate> FirstGrid(const SearchSpace& space, int count, bool nearest) {
+  std::vector<Candidate> candidates = SpreadOut(space, count, 0);
+  if (nearest && space.step_axis() >= 0) {
+    for (Candidate& c : candidates) c.u(0) = 0.0;
+  }
+  return candidates;
+}
+
+// Distinct candidates that keep all limits, best first; where there are too few, the least violations.
+// Sights are checked only of what is looked at.
+std::vector<Candidate> Distinct(std::vector<Candidate>* candidates, const SearchSpace& space,
+                                std::size_t most, double apart, Judge* judge) {
+  std::sort(candidates->begin(), candidates->end(), Better);
+  std::vector<Candidate> kept, broken;
+  const auto is_new = [&](const Candidate& c) {
+    return std::all_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+      return space.Distance(c.u, other.u) >= apart;
+    });
+  };
+  for (std::size_t at = 0; at < candidates->size() && kept.size() < most;) {
+    // Those that a sight might spoil, a few at a time.
+    constexpr std::size_t kFew = 16;
+    const std::size_t end = std::min(at + kFew, candidates->size());
+    if ((*candidates)[at].violation > 0.0) break;
+    judge->Sights(candidates->data() + at, static_cast<int>(end - at));
+    for (; at < end && kept.size() < most; ++at) {
+      const Candidate& c = (*candidates)[at];
+      if (c.violation > 0.0) {
+        broken.push_back(c);
+      } else if (is_new(c)) {
+        kept.push_back(c);
+      }
+    }
+  }
+  if (kept.size() < most) {
+    std::vector<Candidate> rest;
+    for (const Candidate& c : *candidates) {
+      if (c.violation > 0.0) rest.push_back(c);
+    }
+    std::sort(rest.begin(), rest.end(), Better);
+    for (const Candidate& c : rest) {
+      if (kept.size() >= most) break;
+      if (is_new(c)) kept.push_back(c);
+    }
+  }
+  return kept;
+}
+
+// All strategies side by side: one generation of each is judged together.
+std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candidate>& starts,
+                              const PlacementSearch& search, double step, Judge* judge,
+                              const std::function<void(double, const Candidate&)>& told) {
+  constexpr double kDone = 1e-5;  // what polishing does better
+  std::vector<CmaEs> strategies;
+  std::vector<Candidate> best = starts;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    // From where the start was judged, not from where it was asked for.
+    strategies.emplace_back(space.FromRig(starts[i].q_c), step, search.members,
+                            search.seed + 1000 * i);
+  }
+  std::vector<Candidate> generation;
+  std::vector<int> order(search.members);
+  for (int g = 0; g < search.generations; ++g) {
+    std::vector<std::size_t> alive;
+    generation.clear();
+    for (std::size_t i = 0; i < strategies.size(); ++i) {
+      if (strategies[i].reach() < kDone) continue;
+      alive.push_back(i);
+      for (const SearchVector& u : strategies[i].Ask()) {
+        Candidate c;
+        c.u = u;
+        generation.push_back(c);
+      }
+    }
+    if (alive.empty()) break;
+    judge->Frustum(generation.data(), static_cast<int>(generation.size()), BatchPrecision::kDouble);
+    judge->Sights(generation.data(), static_cast<int>(generation.size()));
+    for (std::size_t a = 0; a < alive.size(); ++a) {
+      Candidate* own = generation.data() + a * search.members;
+      std::iota(order.begin(), order.end(), 0);
+      std::sort(order.begin(), order.end(), [&](int i, int j) {
+        const double vi = own[i].violation, vj = own[j].violation;
+        if (vi != vj) return vi < vj;
+        // A step back or over a bound makes no difference to what is judged: a little against drift.
+        const auto worth = [&](const Candidate& c) {
+          return c.merit - 0.01 * c.back - space.Excess(c.u);
+        };
+        return worth(own[i]) > worth(own[j]);
+      });
+      Candidate& record = best[alive[a]];
+      for (int i = 0; i < search.members; ++i) {
+        if (Better(own[i], record)) record = own[i];
+      }
+      strategies[alive[a]].Tell(order);
+    }
+    if (told) {
+      const Candidate& leader = *std::min_element(best.begin(), best.end(), Better);
+      told(static_cast<double>(g + 1) / search.generations, leader);
+    }
+  }
+  return best;
+}
+
+PlacedCamera Place(const PlacementModel& model, const RigVector& q_c, CameraScorer* scorer) {
+  PlacedCamera placed;
+  placed.q_c = q_c;
+  placed.X_WC = RigPose(model.problem().rig, q_c);
+  scorer->Load({placed.X_WC});
+  std::vector<PlanMargins> margins;
+  std::vector<double> scores;
+  scorer->Frustum(BatchPrecision::kDouble, &margins);
+  scorer->Obstacles(&margins);
+  scorer->Scores(BatchPrecision::kDouble, &scores);
+  placed.margins = margins[0];
+  placed.value = model.Value(scores[0]);
+  placed.feasible = model.Keeps(margins[0]);
+  return placed;
+}
+
+std::vector<ActiveLimit> ActiveLimits(const PlacementModel& model, const PlacedCamera& camera) {
+  const double tight = 1e-6 * model.unit();
+  std::vector<ActiveLimit> active;
+  for (int i = 0; i < kPlanLimits; ++i) {
+    if (camera.margins[i] < tight) {
+      active.push_back({model.NameOf(static_cast<PlanLimit>(i)), camera.margins[i]});
+    }
+  }
+  const CameraRig& rig = model.problem().rig;
+  for (int i = 0; i < rig.size(); ++i) {
+    const RigAxis& axis = rig.axes[i];
+    const double range = axis.upper - axis.lower;
+    if (!(range > 0.0)) continue;
+    if (camera.q_c(i) - axis.lower < 1e-9 * range) {
+      active.push_back({axis.name + ", lower end", camera.q_c(i) - axis.lower});
+    } else if (axis.upper - camera.q_c(i) < 1e-9 * range) {
+      active.push_back({axis.name + ", upper end", axis.upper - camera.q_c(i)});
+    }
+  }
+  return active;
+}
+
+// Of all candidates: which limit stands in the way, and by how much.
+std::vector<LimitDiagnosis> Diagnose(const PlacementModel& model, std::vector<Candidate> candidates,
+                                     const PlacedCamera& nearest, Judge* judge) {
+  // Sights of what the frustum would allow were checked; here they are asked of all.
+  for (Candidate& c : candidates) {
+    if (c.sights_checked) continue;
+    c.violation = 0.0;
+  }
+  judge->Sights(candidates.data(), static_cast<int>(candidates.size()));
+  std::vector<LimitDiagnosis> diagnosis;
+  for (int i = 0; i < kPlanLimits; ++i) {
+    LimitDiagnosis d;
+    d.name = model.NameOf(static_cast<PlanLimit>(i));
+    d.best_margin = nearest.margins[i];
+    d.margin_at_nearest = nearest.margins[i];
+    for (const Candidate& c : candidates) {
+      d.best_margin = std::max(d.best_margin, c.margins[i]);
+      PlanMargins others = c.margins;
+      others[i] = 0.0;
+      d.alone_prevents = d.alone_prevents || model.Keeps(others);
+    }
+    PlanMargins others = nearest.margins;
+    others[i] = 0.0;
+    d.alone_prevents = d.alone_prevents || model.Keeps(others);
+    if (std::isfinite(d.best_margin) && (d.margin_at_nearest < 0.0 || d.best_margin < 0.0)) {
+      diagnosis.push_back(d);
+    }
+  }
+  return diagnosis;
+}
+
+WorstCaseWarning WarnOfWorstCase(const PlacementModel& model, const SearchSpace& space,
+                                 const PlacedCamera& best) {
+  WorstCaseWarning warning;
+  const PlacementProblem& problem = model.problem();
+  if (problem.objective.aggregate != PlanAggregate::kWorst) return warning;
+  const auto jacobian = [&](int sample, const Isometry3d& X_WC) {
+    return PlainJacobian(model.scene(), sample, X_WC, 1.0, problem.lens);
+  };
+  const auto warn = [&](WorstCaseWarning::Kind kind, int sample) {
+    warning = {kind, sample, problem.motion.time[sample]};
+    return warning;
+  };
+  // Rank lost from here and from cameras all over the workspace: the arm's doing.
+  constexpr double kLost = 1e-9;
+  const auto is_singular = [&](int sample, const Isometry3d& X_WC) {
+    const Eigen::MatrixXd J = jacobian(sample, X_WC);
+    return !J.allFinite() || MeasureOf(J).inverse_condition() < kLost;
+  };
+  for (int i = 0; i < problem.motion.size(); ++i) {
+    bool singular = is_singular(i, best.X_WC);
+    for (int k = 0; singular && k < 8; ++k) {
+      singular = is_singular(i, RigPose(space.rig(), space.ToRig(space.Spread(k))));
+    }
+    if (singular) return warn(WorstCaseWarning::Kind::kArmSingular, i);
+  }
+  double last = 0.0;
+  for (int i = 0; i < problem.motion.size(); ++i) {
+    const Eigen::MatrixXd J = jacobian(i, best.X_WC);
+    if (J.rows() != J.cols() || !J.allFinite()) return warning;
+    const double det = J.determinant();
+    if (det * last < 0.0) return warn(WorstCaseWarning::Kind::kChangesSign, i);
+    last = det;
+  }
+  return warning;
+}
+
+}  // namespace
+
+PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& effort,
+                            const PlanProgress& progress) {
+  const PlacementProblem& problem = model.problem();
+  const SearchSpace space(problem.rig, problem.q_c_start);
+  const PlacementSearch search = Effort(effort, space.size());
+  Judge judge(model, space);
+  PlacementResult result;
+  result.grid = search.grid;
+  const auto tell = [&](const char* stage, double share, const Candidate* best) {
+    if (!progress) return;
+    std::optional<double> value;
+    if (best != nullptr && best->violation == 0.0 && best->sights_checked) {
+      value = model.Value(best->score);
+    }
+    progress(stage, share, value);
+  };
+
+  // The nearer the better holds for volumes, not for conditions.
+  const BatchMeasure measure = problem.objective.measure;
+  const bool nearest = measure == BatchMeasure::kW || measure == BatchMeasure::kLogW;
+  std::vector<Candidate> grid =
+      space.size() == 0 ? std::vector<Candidate>(1) : FirstGrid(space, search.grid, nearest);
+  if (space.size() == 0) grid[0].u.resize(0);
+  judge.Frustum(grid.data(), static_cast<int>(grid.size()), BatchPrecision::kSingle);
+  for (const Candidate& c : grid) result.grid_feasible += c.violation == 0.0 ? 1 : 0;
+  tell("grid", 0.1, nullptr);
+
+  std::vector<Candidate> ends =
+      Distinct(&grid, space, static_cast<std::size_t>(search.starts), kApart, &judge);
+  if (space.size() > 0) {
+    ends = Evolve(space, ends, search, 0.06, &judge, [&](double share, const Candidate& best) {
+      tell("evolution", 0.1 + 0.7 * share, &best);
+    });
+    const bool found = std::any_of(ends.begin(), ends.end(),
+                                   [](const Candidate& c) { return c.violation == 0.0; });
+    if (!found) {
+      // Once more, wider: from the least violations of a grid eight times as fine.
+      grid = SpreadOut(space, 8 * search.grid, search.grid);
+      judge.Frustum(grid.data(), static_cast<int>(grid.size()), BatchPrecision::kDouble);
+      judge.Sights(grid.data(), static_cast<int>(grid.size()));
+      ends = Distinct(&grid, space, static_cast<std::size_t>(search.starts), kApart, &judge);
+      ends = Evolve(space, ends, search, 0.15, &judge, [&](double share, const Candidate& best) {
+        tell("evolution, wider", 0.1 + 0.7 * share, &best);
+      });
+    }
+  }
+
+  const std::vector<Candidate> all_ends = ends;
+  ends = Distinct(&ends, space, static_cast<std::size_t>(search.polished), 1e-4, &judge);
+  const auto better = [&](const PlacedCamera& a, const PlacedCamera& b) {
+    if (a.feasible != b.feasible) return a.feasible;
+    return a.feasible ? a.value > b.value : model.Violation(a.margins) < model.Violation(b.margins);
+  };
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const RigVector q_c = plan::Polish(model, space, ends[i].q_c, &judge.scorer());
+    const PlacedCamera placed = Place(model, q_c, &judge.scorer());
+    if (i == 0 || better(placed, result.best)) result.best = placed;
+    tell("polish", 0.8 + 0.2 * static_cast<double>(i + 1) / static_cast<double>(ends.size()),
+         nullptr);
+  }
+
+  result.start = Place(model, problem.q_c_start, &judge.scorer());
+  if (result.best.feasible) {
+    result.active = ActiveLimits(model, result.best);
+    result.warning = WarnOfWorstCase(model, space, result.best);
+    // The least good of what is allowed: from the bad end of the grid.
+    result.worst = result.best;
+    std::sort(grid.begin(), grid.end(), Better);
+    for (std::size_t i = grid.size(); i-- > 0;) {
+      if (grid[i].violation > 0.0) continue;
+      const PlacedCamera placed = Place(model, grid[i].q_c, &judge.scorer());
+      if (!placed.feasible) continue;
+      result.worst = placed;
+      break;
+    }
+  } else {
+    grid.insert(grid.end(), all_ends.begin(), all_ends.end());
+    result.diagnosis = Diagnose(model, std::move(grid), result.best, &judge);
+  }
+  result.evaluations = judge.scorer().evaluations();
+  result.cameras = judge.cameras();
+  return result;
+}
+
+PlacedCamera JudgeCamera(const PlacementModel& model, const RigVector& q_c) {
+  CameraScorer scorer(model);
+  return Place(model, q_c, &scorer);
+}
+
+GridCheck CheckAgainstGrid(const PlacementModel& model, const PlacedCamera& result,
+                           std::int64_t cameras, const PlanProgress& progress) {
+  constexpr int kSlice = 16384;
+  constexpr std::size_t kKept = 24;
+  const SearchSpace space(model.problem().rig, model.problem().q_c_start);
+  Judge judge(model, space);
+  GridCheck check;
+  check.cameras = cameras;
+  check.best_on_grid = -kInfinity;
+  std::vector<Candidate> kept;
+  // The sequence goes on far from where the search's grid ended.
+  constexpr std::int64_t kFirst = 1000003;
+  for (std::int64_t done = 0; done < cameras; done += kSlice) {
+    const auto count = static_cast<int>(std::min<std::int64_t>(kSlice, cameras - done));
+    std::vector<Candidate> slice = SpreadOut(space, count, kFirst + done);
+    judge.Frustum(slice.data(), count, BatchPrecision::kDouble);
+    slice.insert(slice.end(), kept.begin(), kept.end());
+    kept = Distinct(&slice, space, kKept, 0.03, &judge);
+    if (progress) {
+      progress("grid check", static_cast<double>(done + count) / static_cast<double>(cameras),
+               std::nullopt);
+    }
+  }
+  for (const Candidate& c : kept) {
+    const PlacedCamera raw = Place(model, c.q_c, &judge.scorer());
+    if (!raw.feasible) continue;
+    check.best_on_grid = std::max(check.best_on_grid, raw.value);
+    const PlacedCamera polished =
+        Place(model, plan::Polish(model, space, c.q_c, &judge.scorer()), &judge.scorer());
+    if (polished.feasible && (!check.best.feasible || polished.value > check.best.value)) {
+      check.best = polished;
+    }
+  }
+  if (!check.best.feasible) {
+    check.gap = -kInfinity;
+  } else {
+    check.gap = (check.best.value - result.value) /
+                std::max(std::abs(check.best.value), std::numeric_limits<double>::min());
+  }
+  return check;
+}
+
+PlacementMap MapPlacements(const PlacementModel& model, const RigVector& q_c, int axis_x,
+                           int axis_y, int columns, int rows) {
+  const PlacementProblem& problem = model.problem();
+  const SearchSpace space(problem.rig, q_c);
+  CameraScorer scorer(model);
+  PlacementMap map;
+  map.axis_x = axis_x;
+  map.axis_y = axis_y;
+  const auto values = [&](int axis, int count) {
+    const RigAxis& limits = problem.rig.axes[axis];
+    std::vector<double> all;
+    for (int i = 0; i < count; ++i) {
+      all.push_back(limits.lower + (limits.upper - limits.lower) * i / std::max(1, count - 1));
+    }
+    return all;
+  };
+  map.x = values(axis_x, columns);
+  map.y = values(axis_y, rows);
+  std::vector<Isometry3d> poses;
+  for (const double y : map.y) {
+    for (const double x : map.x) {
+      PlacedCamera cell;
+      cell.q_c = q_c;
+      cell.q_c(axis_x) = x;
+      cell.q_c(axis_y) = y;
+      // From the near end, back to where the frustum is kept.
+      const int step = space.step_axis();
+      if (step >= 0 && step != axis_x && step != axis_y) {
+        cell.q_c(step) = problem.rig.axes[step].lower;
+      }
+      map.cells.push_back(cell);
+    }
+  }
+  const auto load = [&] {
+    poses.clear();
+    for (PlacedCamera& cell : map.cells) {
+      cell.X_WC = RigPose(problem.rig, cell.q_c);
+      poses.push_back(cell.X_WC);
+    }
+    scorer.Load(poses);
+  };
+  std::vector<PlanMargins> margins;
+  load();
+  scorer.Frustum(BatchPrecision::kDouble, &margins);
+  const int step = space.step_axis();
+  if (step >= 0 && step != axis_x && step != axis_y) {
+    for (std::size_t i = 0; i < map.cells.size(); ++i) {
+      const double back = -std::min(margins[i][0], margins[i][2]);
+      if (back > 0.0) {
+        map.cells[i].q_c = space.StepBack(map.cells[i].q_c, back + 1e-12 * model.unit());
+      }
+    }
+    load();
+    scorer.Frustum(BatchPrecision::kDouble, &margins);
+  }
+  scorer.Obstacles(&margins);
+  std::vector<double> scores;
+  scorer.Scores(BatchPrecision::kDouble, &scores);
+  for (std::size_t i = 0; i < map.cells.size(); ++i) {
+    map.cells[i].margins = margins[i];
+    map.cells[i].value = model.Value(scores[i]);
+    map.cells[i].feasible = model.Keeps(margins[i]);
+  }
+  return map;
+}
+
+}  // namespace vantage

@@ -1,0 +1,440 @@
+#include "polish.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <nlopt.hpp>
+
+#include "vantage/math/spatial.h"
+
+namespace vantage::plan {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using RowVector = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxRigAxes>;
+using SearchJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxRigAxes>;
+
+constexpr double kNear = 0.2;    // limits within this share of the unit are looked at
+constexpr double kTrust = 0.08;  // one round moves at most this share of an axis' range
+constexpr int kRounds = 10;
+constexpr double kStep = 1e-6;       // of differences along an axis, as a share of its range
+constexpr double kPlaceStep = 1e-6;  // of differences by the camera's place, per unit
+// Limits are kept by this much more than needed [per unit]: what rounding takes.
+constexpr double kReserve = 1e-11;
+
+// A half space that a point must keep in: a · p_C + b >= 0.
+struct HalfSpace {
+  PlanLimit limit;
+  Vector3d a;
+  double b;
+};
+
+std::array<HalfSpace, 6> FrustumOf(const PlacementModel& model) {
+  const BatchLens& lens = model.problem().lens;
+  const DepthLimits& depth = model.depth();
+  const double x = -0.5 * (lens.x_max - lens.x_min) * model.rim_margin();
+  const double y = -0.5 * (lens.y_max - lens.y_min) * model.rim_margin();
+  return {{{PlanLimit::kNear, {0, 0, 1}, -depth.min},
+           {PlanLimit::kFar, {0, 0, -1}, depth.max},
+           {PlanLimit::kImage, {1, 0, -lens.x_min}, x},
+           {PlanLimit::kImage, {-1, 0, lens.x_max}, x},
+           {PlanLimit::kImage, {0, 1, -lens.y_min}, y},
+           {PlanLimit::kImage, {0, -1, lens.y_max}, y}}};
+}
+
+// One inequality of the program: value >= 0.
+struct Element {
+  enum class Kind { kHalfSpace, kHidden, kFacing, kKeepOut, kSample };
+  Kind kind;
+  int index;      // half space, keep-out box
+  int sample;     // kHalfSpace, kHidden, kFacing, kSample
+  int point;      // kHalfSpace
+  int offset;     // kHalfSpace
+  double margin;  // where it was chosen
+
+  [[nodiscard]] bool Same(const Element& other) const {
+    return kind == other.kind && index == other.index && sample == other.sample &&
+           point == other.point && offset == other.offset;
+  }
+};
+
+class Program {
+ public:
+  Program(const PlacementModel& model, const SearchSpace& space, CameraScorer* scorer)
+      : model_(model),
+        space_(space),
+        scorer_(scorer),
+        frustum_(FrustumOf(model)),
+        worst_sample_(model.problem().objective.aggregate == PlanAggregate::kWorst &&
+                      model.offsets().size() == 1) {}
+
+  /// Merit and margins at u.
+  struct Judged {
+    double merit{0.0};
+    PlanMargins margins{};
+    bool keeps{false};
+    double violation{0.0};
+  };
+  Judged Judge(const SearchVector& u) {
+    scorer_->Load({RigPose(space_.rig(), space_.ToRig(u))});
+    std::vector<PlanMargins> margins;
+    scorer_->Frustum(BatchPrecision::kDouble, &margins);
+    scorer_->Obstacles(&margins);
+    std::vector<double> scores;
+    scorer_->Scores(BatchPrecision::kDouble, &scores);
+    return {model_.Merit(scores[0]), margins[0], model_.Keeps(margins[0]),
+            model_.Violation(margins[0])};
+  }
+
+  /// Adds the limits, and for a worst case the samples, that are near at u.
+  void Choose(const SearchVector& u, const PlanMargins& margins) {
+    ChooseHalfSpaces(u);
+    const double near = kNear * model_.unit();
+    if (margins[3] < near || margins[4] < near) ChooseSights(u);
+    ChooseKeepOut(u);
+    if (worst_sample_) ChooseSamples(u);
+  }
+
+  /// The optimum of the program within the trust region round u.
+  SearchVector Solve(const SearchVector& u) {
+    const int d = space_.size();
+    const int n = d + (worst_sample_ ? 1 : 0);
+    nlopt::opt slsqp(nlopt::LD_SLSQP, n);
+    std::vector<double> lower(n), upper(n), x(n);
+    for (int i = 0; i < d; ++i) {
+      x[i] = u(i);
+      lower[i] = u(i) - kTrust;
+      upper[i] = u(i) + kTrust;
+      if (!space_.round(i)) {
+        lower[i] = std::max(lower[i], 0.0);
+        upper[i] = std::min(upper[i], 1.0);
+        x[i] = std::clamp(x[i], lower[i], upper[i]);
+      }
+    }
+    if (worst_sample_) {
+      x[d] = Judge(u).merit;
+      lower[d] = x[d] - 100.0;
+      upper[d] = x[d] + 100.0;
+    }
+    slsqp.set_lower_bounds(lower);
+    slsqp.set_upper_bounds(upper);
+    slsqp.set_max_objective(&Program::Objective, this);
+    if (!elements_.empty()) {
+      slsqp.add_inequality_mconstraint(&Program::Constraints, this,
+                                       std::vector<double>(elements_.size(), 1e-13));
+    }
+    slsqp.set_xtol_rel(1e-13);
+    slsqp.set_ftol_rel(1e-15);
+    slsqp.set_maxeval(80);
+    try {
+      double value = 0.0;
+      slsqp.optimize(x, value);
+    } catch (const nlopt::roundoff_limited&) {
+      // As good as the numbers allow: x is what it reached.
+    } catch (const std::runtime_error&) {
+      // A degenerate quadratic program: x may still be better.
+    }
+    SearchVector result(d);
+    for (int i = 0; i < d; ++i) result(i) = std::isfinite(x[i]) ? x[i] : u(i);
+    return result;
+  }
+
+ private:
+  // ---- Choice of inequalities
+
+  void Add(std::vector<Element>* found, std::size_t most) {
+    const auto less = [](const Element& a, const Element& b) { return a.margin < b.margin; };
+    const std::size_t kept = std::min(most, found->size());
+    std::partial_sort(found->begin(), found->begin() + static_cast<std::ptrdiff_t>(kept),
+                      found->end(), less);
+    for (std::size_t i = 0; i < kept; ++i) {
+      const Element& element = (*found)[i];
+      const bool known = std::any_of(elements_.begin(), elements_.end(),
+                                     [&](const Element& e) { return e.Same(element); });
+      if (!known) elements_.push_back(element);
+    }
+    found->clear();
+  }
+
+  void ChooseHalfSpaces(const SearchVector& u) {
+    const Isometry3d X_WC = RigPose(space_.rig(), space_.ToRigFreely(u));
+    const double near = kNear * model_.unit();
+    const std::size_t most = model_.offsets().size() == 1 ? 8 : 3;
+    const ArmMotion& motion = model_.problem().motion;
+    std::array<std::vector<Element>, 6> found;
+    for (std::size_t o = 0; o < model_.offsets().size(); ++o) {
+      const Isometry3d X_CW = (X_WC * model_.offsets()[o]).inverse();
+      for (int i = 0; i < motion.size(); ++i) {
+        for (int j = 0; j < model_.markers(); ++j) {
+          const Vector3d p = X_CW * model_.marker(i, j).p_W;
+          for (int k = 0; k < 6; ++k) {
+            const double margin = frustum_[k].a.dot(p) + frustum_[k].b;
+            if (!(margin < near)) continue;
+            found[k].push_back({Element::Kind::kHalfSpace, k, i, j, static_cast<int>(o), margin});
+          }
+        }
+      }
+      for (std::vector<Element>& of_plane : found) Add(&of_plane, most);
+    }
+  }
+
+  void ChooseSights(const SearchVector& u) {
+    const Isometry3d X_WC = RigPose(space_.rig(), space_.ToRigFreely(u));
+    LoadPlaces({X_WC});
+    const double near = kNear * model_.unit();
+    std::vector<Element> hidden, facing;
+    for (int i = 0; i < model_.problem().motion.size(); ++i) {
+      const auto [least_hidden, least_facing] = SightMargins(i, 0);
+      if (least_hidden < near) {
+        hidden.push_back({Element::Kind::kHidden, 0, i, 0, 0, least_hidden});
+      }
+      if (least_facing < near) {
+        facing.push_back({Element::Kind::kFacing, 0, i, 0, 0, least_facing});
+      }
+    }
+    Add(&hidden, 8);
+    Add(&facing, 8);
+  }
+
+  void ChooseKeepOut(const SearchVector& u) {
+    const Vector3d p_WC = RigPose(space_.rig(), space_.ToRigFreely(u)).translation();
+    const PlanLimits& limits = model_.problem().limits;
+    std::vector<Element> found;
+    for (std::size_t i = 0; i < limits.keep_out.size(); ++i) {
+      const double margin = DistanceToBox(limits.keep_out[i], p_WC) - limits.clearance;
+      if (margin < kNear * model_.unit()) {
+        found.push_back({Element::Kind::kKeepOut, static_cast<int>(i), 0, 0, 0, margin});
+      }
+    }
+    Add(&found, 8);
+  }
+
+  void ChooseSamples(const SearchVector& u) {
+    BatchCameras camera;
+    camera.Resize(1);
+    camera.Set(0, RigPose(space_.rig(), space_.ToRigFreely(u)));
+    std::vector<Element> found;
+    for (int i = 0; i < model_.problem().motion.size(); ++i) {
+      found.push_back({Element::Kind::kSample, 0, i, 0, 0, SampleMerits(i, camera)[0]});
+    }
+    Add(&found, 12);
+  }
+
+  // ---- Values and derivatives
+
+  std::vector<Isometry3d> Differences(const SearchVector& u) const {
+    std::vector<Isometry3d> poses{RigPose(space_.rig(), space_.ToRigFreely(u))};
+    for (int i = 0; i < space_.size(); ++i) {
+      for (const double sign : {1.0, -1.0}) {
+        SearchVector at = u;
+        at(i) += sign * kStep;
+        poses.push_back(RigPose(space_.rig(), space_.ToRigFreely(at)));
+      }
+    }
+    return poses;
+  }
+
+  std::vector<double> SampleMerits(int sample, const BatchCameras& cameras) {
+    const PlacementProblem& problem = model_.problem();
+    BatchScores scores;
+    evaluator_.Score(model_.sample_views()[sample].scene, cameras, 0, cameras.size(), problem.lens,
+                     problem.objective.measure, BatchPrecision::kDouble, false, &scores);
+    for (double& score : scores.sum) score = model_.Merit(score);
+    return scores.sum;
+  }
+
+  // Camera centres whose sights SightMargins() is asked about, all offsets of each.
+  void LoadPlaces(const std::vector<Isometry3d>& poses) {
+    const std::vector<Isometry3d>& offsets = model_.offsets();
+    places_.Resize(static_cast<int>(poses.size() * offsets.size()));
+    int entry = 0;
+    for (const Isometry3d& pose : poses) {
+      for (const Isometry3d& offset : offsets) places_.Set(entry++, pose * offset);
+    }
+  }
+
+  std::pair<double, double> SightMargins(int sample, int pose) {
+    const auto P = static_cast<int>(model_.offsets().size());
+    evaluator_.CheckObstacles(*model_.sample_views()[sample].obstacles, places_, pose * P, P,
+                              BatchPrecision::kDouble, &margins_);
+    return {*std::min_element(margins_.occlusion.begin(), margins_.occlusion.end()),
+            *std::min_element(margins_.facing.begin(), margins_.facing.end())};
+  }
+
+  static double Objective(unsigned n, const double* x, double* gradient, void* data) {
+    return static_cast<Program*>(data)->ObjectiveAt(n, x, gradient);
+  }
+  double ObjectiveAt(unsigned n, const double* x, double* gradient) {
+    const int d = space_.size();
+    if (worst_sample_) {
+      if (gradient != nullptr) {
+        std::fill(gradient, gradient + n, 0.0);
+        gradient[d] = 1.0;
+      }
+      return x[d];
+    }
+    scorer_->Load(Differences(Eigen::Map<const Eigen::VectorXd>(x, d)));
+    scorer_->Scores(BatchPrecision::kDouble, &scores_);
+    if (gradient != nullptr) {
+      for (int i = 0; i < d; ++i) {
+        gradient[i] =
+            (model_.Merit(scores_[2 * i + 1]) - model_.Merit(scores_[2 * i + 2])) / (2.0 * kStep);
+      }
+    }
+    return model_.Merit(scores_[0]);
+  }
+
+  static void Constraints(unsigned m, double* result, unsigned n, const double* x, double* gradient,
+                          void* data) {
+    static_cast<Program*>(data)->ConstraintsAt(m, result, n, x, gradient);
+  }
+  // NLopt's are result <= 0.
+  void ConstraintsAt(unsigned m, double* result, unsigned n, const double* x, double* gradient) {
+    const int d = space_.size();
+    const SearchVector u = Eigen::Map<const Eigen::VectorXd>(x, d);
+    const RigVector q_c = space_.ToRigFreely(u);
+    X_WC_ = RigPose(space_.rig(), q_c);
+    const RigJacobianMatrix J = RigJacobian(space_.rig(), q_c);
+    by_u_.resize(6, d);
+    for (int i = 0; i < d; ++i) by_u_.col(i) = space_.range(i) * J.col(space_.axis(i));
+    LoadPlaces(Places());
+    if (worst_sample_) {
+      const std::vector<Isometry3d> poses = Differences(u);
+      differences_.Resize(static_cast<int>(poses.size()));
+      for (std::size_t i = 0; i < poses.size(); ++i)
+        differences_.Set(static_cast<int>(i), poses[i]);
+    }
+    for (unsigned k = 0; k < m; ++k) {
+      RowVector slope = RowVector::Zero(n);
+      const double value = ValueOf(elements_[k], x, &slope);
+      result[k] = -value;
+      if (gradient == nullptr) continue;
+      for (unsigned i = 0; i < n; ++i) gradient[k * n + i] = -slope(i);
+    }
+  }
+
+  // The camera's pose, and moved each way along W's axes.
+  std::vector<Isometry3d> Places() const {
+    std::vector<Isometry3d> places{X_WC_};
+    for (int i = 0; i < 3; ++i) {
+      for (const double sign : {1.0, -1.0}) {
+        places.push_back(X_WC_);
+        places.back().translation()(i) += sign * kPlaceStep * model_.unit();
+      }
+    }
+    return places;
+  }
+
+  // From values at Places().
+  double FromPlaces(const std::array<double, 7>& at, RowVector* slope) const {
+    Vector3d by_W;
+    for (int i = 0; i < 3; ++i) {
+      by_W(i) = (at[2 * i + 1] - at[2 * i + 2]) / (2.0 * kPlaceStep * model_.unit());
+    }
+    const Vector3d by_v = X_WC_.linear().transpose() * by_W / model_.unit();
+    slope->head(space_.size()) = by_v.transpose() * by_u_.topRows<3>();
+    return at[0] / model_.unit() - kReserve;
+  }
+
+  double ValueOf(const Element& element, const double* x, RowVector* slope) {
+    switch (element.kind) {
+      case Element::Kind::kHalfSpace: {
+        const Isometry3d& offset = model_.offsets()[element.offset];
+        const PlacedMarker& marker = model_.marker(element.sample, element.point);
+        const Vector3d p = (X_WC_ * offset).inverse() * marker.p_W;
+        const HalfSpace& half = frustum_[element.index];
+        // The point moves by -(v + ω × p) in the frame of the displaced camera.
+        Eigen::Matrix<double, 1, 6> by_twist;
+        by_twist << -half.a.transpose(), half.a.cross(p).transpose();
+        slope->head(space_.size()) =
+            by_twist * AdjointMap(offset.inverse()) * by_u_ / model_.unit();
+        return (half.a.dot(p) + half.b) / model_.unit() - kReserve;
+      }
+      case Element::Kind::kHidden:
+      case Element::Kind::kFacing: {
+        std::array<double, 7> at{};
+        for (int i = 0; i < 7; ++i) {
+          const auto [hidden, facing] = SightMargins(element.sample, i);
+          at[i] = element.kind == Element::Kind::kHidden ? hidden : facing;
+        }
+        return FromPlaces(at, slope);
+      }
+      case Element::Kind::kKeepOut: {
+        const PlanLimits& limits = model_.problem().limits;
+        const std::vector<Isometry3d> places = Places();
+        std::array<double, 7> at{};
+        for (int i = 0; i < 7; ++i) {
+          at[i] = DistanceToBox(limits.keep_out[element.index], places[i].translation()) -
+                  limits.clearance;
+        }
+        return FromPlaces(at, slope);
+      }
+      case Element::Kind::kSample:
+        break;
+    }
+    const std::vector<double> merits = SampleMerits(element.sample, differences_);
+    const int d = space_.size();
+    for (int i = 0; i < d; ++i) {
+      (*slope)(i) = (merits[2 * i + 1] - merits[2 * i + 2]) / (2.0 * kStep);
+    }
+    (*slope)(d) = -1.0;
+    return merits[0] - x[d];
+  }
+
+  const PlacementModel& model_;
+  const SearchSpace& space_;
+  CameraScorer* scorer_;
+  BatchEvaluator evaluator_;
+  std::array<HalfSpace, 6> frustum_;
+  bool worst_sample_;
+  std::vector<Element> elements_;
+  Isometry3d X_WC_{Isometry3d::Identity()};
+  SearchJacobian by_u_;
+  BatchCameras places_, differences_;
+  BatchMargins margins_;
+  std::vector<double> scores_;
+};
+
+}  // namespace
+
+RigVector Polish(const PlacementModel& model, const SearchSpace& space, const RigVector& q_c,
+                 CameraScorer* scorer) {
+  if (space.size() == 0) return q_c;
+  Program program(model, space, scorer);
+  SearchVector u = space.FromRig(q_c);
+  Program::Judged here = program.Judge(u);
+  SearchVector best = u;
+  Program::Judged best_judged = here;
+  for (int round = 0; round < kRounds; ++round) {
+    program.Choose(u, here.margins);
+    const SearchVector next = program.Solve(u);
+    Program::Judged there = program.Judge(next);
+    const double moved = space.Distance(u, next);
+    SearchVector at = next;
+    if (!there.keeps && best_judged.keeps) {
+      // Short of a limit that was not in the program, or of rounding: some of the way is allowed.
+      for (double share = 1e-9; share < 0.5 && !there.keeps; share *= 30.0) {
+        at = next + share * (best - next);
+        there = program.Judge(at);
+      }
+    }
+    const bool better = there.keeps ? !best_judged.keeps || there.merit > best_judged.merit
+                                    : !best_judged.keeps && there.violation < best_judged.violation;
+    const double gain = there.merit - best_judged.merit;
+    const bool was_kept = best_judged.keeps;
+    if (better) {
+      best = at;
+      best_judged = there;
+    }
+    u = next;
+    here = program.Judge(u);
+    if (moved < 1e-11) break;
+    if (better && was_kept && gain < 1e-12 && here.keeps) break;
+  }
+  return space.ToRig(best);
+}
+
+}  // namespace vantage::plan
