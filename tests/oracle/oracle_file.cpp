@@ -40,9 +40,7 @@ std::set<const Json*>& NodesRead() {
 // Values that are no claim about a configuration, by the end of their path, and why.
 const std::vector<std::pair<std::string, std::string>>& NotJudged() {
   static const std::vector<std::pair<std::string, std::string>> paths{
-      {"/crosscheck/", "how far the file's own two routes differ"},
       {"/R_monotone_violations/", "a statistic of the search that found the optimum"},
-      {"/grid_best", "what a grid search found on the way"},
       {"/placement/O9_other_measures/", "optima of an instance that the file does not state"},
       {"/placement/O5", "stated in words that no test here has"}};
   return paths;

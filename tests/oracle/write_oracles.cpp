@@ -202,7 +202,7 @@ bool IsAngle(const Json& feature) {
 
 // Central differences of eighth order: column j is the derivative along step j at 0.
 Matrix Derivative(const std::function<Vector(const Vector&)>& f, int columns) {
-  constexpr Real h = 0.004L;
+  constexpr Real h = 0.0005L;
   constexpr Real weight[] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
   Matrix J;
   for (int j = 0; j < columns; ++j) {
@@ -408,7 +408,11 @@ Json Expected(const Json& entry) {
   const bool full = expected["rank_c"] == s;
   expected["sigma_min_c"] = full ? static_cast<double>(sigma(s - 1)) : 0.0;
   expected["cond_c"] = full ? Json(static_cast<double>(sigma(0) / sigma(s - 1))) : Json(nullptr);
-  if (n == 3) expected["task"] = TaskBlock(J_v, J_r, J_c);
+  if (n == 3) {
+    const Vector moved = SingularValues(J_r.topRows(3));
+    if (moved(2) < 1e-3L * moved(0)) return nullptr;  // its inverse would tell of rounding
+    expected["task"] = TaskBlock(J_v, J_r, J_c);
+  }
 
   const auto gradient = [&](const Move& move, int columns, const Move& of, int of_columns) {
     return Gradient(
