@@ -216,7 +216,7 @@ void WriteCommon(const MapRecipe& recipe, std::ofstream* script) {
 void WriteSurface(const MapRecipe& recipe, const std::string& z_label, std::ofstream* script) {
   *script << "set border 31 linecolor rgb '#707070' linewidth 0.8\n"
              "set tics textcolor rgb '#202020'\n"
-             "set ztics offset -0.2, 0.25\n"
+             "set ztics offset -0.3, 0.65\n"
              "set xyplane relative 0\nset origin 0.025, 0.09\nset size 0.975, 0.91\n"
           << "set view 62, " << recipe.view_turn << ", 1.03, 1.25\n"
           << "set xlabel " << Quoted(AxisLabel(recipe.axes[0]))

@@ -19,13 +19,6 @@ std::string SymbolOf(const std::string& name) {
   return name;
 }
 
-bool IsLength(const std::string& rig_axis) {
-  for (const char* name : {"R", "s", "x", "y", "z"}) {
-    if (rig_axis == name) return true;
-  }
-  return false;
-}
-
 std::string Names(const MeasureSetup& setup, bool has_path) {
   std::string names;
   for (const RigAxis& axis : setup.rig.axes) names += axis.name + ", ";
@@ -74,7 +67,7 @@ SweepAxis FindAxis(const Section& section, const MeasureSetup& setup, bool has_p
 bool Turns(const Section& section, const MeasureSetup& setup, const SweepAxis& axis) {
   if (axis.kind == SweepAxis::Kind::kPath) return false;
   if (axis.kind == SweepAxis::Kind::kRig) {
-    return !IsLength(setup.rig.axes[axis.indices[0]].name);
+    return !IsLength(setup.rig.axes[axis.indices[0]]);
   }
   const auto& kinds = setup.arm.joint_kinds();
   for (const int joint : axis.indices) {
@@ -142,16 +135,6 @@ std::vector<MapQuantity> LoadPictures(const Section& plot, bool translation) {
   return {quantity};
 }
 
-std::vector<JointVector> LoadWaypoints(const Section& root, const ArmModel& arm) {
-  std::vector<JointVector> waypoints;
-  if (root.FormOf("path") == Section::Form::kAbsent) return waypoints;
-  for (const Section& point :
-       root.Children("path", 2, 64, "Joints that the sweep of `path` passes through.")) {
-    waypoints.push_back(LoadJoints(point, "joints", arm, "Joints of a waypoint."));
-  }
-  return waypoints;
-}
-
 }  // namespace
 
 double ValueAt(const SweepAxis& axis, int i) noexcept {
@@ -177,19 +160,10 @@ const char* Name(MapQuantity quantity) noexcept {
   return "?";
 }
 
-JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noexcept {
-  const auto lines = static_cast<double>(waypoints.size() - 1);
-  const double place = std::min(std::max(t, 0.0), 1.0) * lines;
-  const auto line = static_cast<std::size_t>(std::min(std::floor(place), lines - 1.0));
-  const double share = place - static_cast<double>(line);
-  return (1.0 - share) * waypoints[line] + share * waypoints[line + 1];
-}
-
 MapRecipe FindMapRecipe(const std::string& name_or_path, SchemaRecorder* recorder) {
   const Section root = ParseConfig(FindConfigText(ConfigKind::kRecipe, name_or_path), recorder);
-  MapRecipe recipe{LoadMeasureSetup(root), "", "", "", {}, {}, {}, false, 30.0};
+  MapRecipe recipe{LoadMeasureSetup(root), "", "", "", {}, {}, false, 30.0};
   recipe.setup.name = std::filesystem::path(name_or_path).stem().string();
-  recipe.waypoints = LoadWaypoints(root, recipe.setup.arm);
   const Section plot = root.OptionalChild("plot", "How pictures show the map.");
   recipe.title = plot.Text("title", recipe.setup.name, "Title of the pictures.");
   recipe.notes = plot.Text("notes", "", "A line below the pictures.");
@@ -199,7 +173,7 @@ MapRecipe FindMapRecipe(const std::string& name_or_path, SchemaRecorder* recorde
                                  "Turn of the surface about its vertical axis.");
   recipe.pictures = LoadPictures(plot, recipe.setup.translation_task > 0);
   const Section sweep = root.Child("sweep", "The two parameters that are swept.");
-  const bool has_path = !recipe.waypoints.empty();
+  const bool has_path = !recipe.setup.waypoints.empty();
   recipe.axes = {LoadAxis(sweep, "x", recipe.setup, has_path, recipe.length_unit),
                  LoadAxis(sweep, "y", recipe.setup, has_path, recipe.length_unit)};
   root.RejectUnknownKeys();

@@ -38,10 +38,9 @@ enum class MapQuantity { kViewW, kArmW, kCompositeW, kSigmaMin, kGeometricMean, 
 struct MapRecipe {
   MeasureSetup setup;
   std::string title;
-  std::string notes;                   ///< What the paper leaves open, for instance. May be empty.
-  std::string length_unit;             ///< "m", or what the recipe calls its lengths.
-  std::array<SweepAxis, 2> axes;       ///< x and y.
-  std::vector<JointVector> waypoints;  ///< Of the path; empty: none.
+  std::string notes;              ///< What the paper leaves open, for instance. May be empty.
+  std::string length_unit;        ///< "m", or what the recipe calls its lengths.
+  std::array<SweepAxis, 2> axes;  ///< x and y.
   std::vector<MapQuantity> pictures;
   bool logarithmic{false};  ///< Heat maps and surfaces of log10.
   double view_turn{30.0};   ///< Of the surface about its z axis [deg].
@@ -51,9 +50,5 @@ struct MapRecipe {
 /// @param recorder  Told of each key that is read (for the reference); may be null.
 [[nodiscard]] MapRecipe FindMapRecipe(const std::string& name_or_path,
                                       SchemaRecorder* recorder = nullptr);
-
-/// Joints along straight lines between the waypoints, t in [0, 1] over lines of equal share.
-/// @pre waypoints.size() >= 2.
-[[nodiscard]] JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noexcept;
 
 }  // namespace vantage

@@ -22,7 +22,7 @@ void Apply(const MapRecipe& recipe, const SweepAxis& axis, double value, JointVe
       for (const int joint : axis.indices) (*q)(joint) = value;
       return;
     case SweepAxis::Kind::kPath:
-      *q = JointsAlong(recipe.waypoints, value);
+      *q = JointsAlong(recipe.setup.waypoints, value);
       return;
   }
 }

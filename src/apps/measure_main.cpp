@@ -17,7 +17,19 @@ struct Arguments {
   std::vector<std::string> oracle_case;
   bool json = false;
   bool list = false;
+  int select = 0;
+  int samples = 50;
+  std::string by = "w_c";
+  std::string over = "mean";
 };
+
+SelectionOptions OptionsOf(const Arguments& arguments) {
+  SelectionOptions options;
+  if (arguments.by == "sigma_min") options.criterion = SelectionCriterion::kSigmaMin;
+  if (arguments.by == "trace") options.criterion = SelectionCriterion::kTrace;
+  if (arguments.over == "worst") options.over = SelectionOver::kWorst;
+  return options;
+}
 
 int List() {
   for (const std::string& name : BuiltInConfigs(ConfigKind::kMeasure)) {
@@ -36,8 +48,18 @@ int Run(const Arguments& arguments) {
       arguments.oracle_case.empty()
           ? FindMeasureSetup(arguments.file)
           : LoadOracleSetup(arguments.oracle_case[0], arguments.oracle_case[1]);
-  const Measurement measurement = Evaluate(setup, setup.q, setup.q_c);
-  std::cout << (arguments.json ? ToJson(setup, measurement) : ToTable(setup, measurement));
+  MeasureReport report = Report(setup);
+  if (arguments.select > 0) {
+    const auto all = static_cast<int>(setup.features.features().size());
+    if (arguments.select > all) {
+      throw ConfigError("", "--select",
+                        "must be 1 to the number of features, " + std::to_string(all) + ", is " +
+                            std::to_string(arguments.select));
+    }
+    report.choice =
+        ChooseFeatures(setup, arguments.select, arguments.samples, OptionsOf(arguments));
+  }
+  std::cout << (arguments.json ? ToJson(setup, report) : ToTable(setup, report));
   return kExitOk;
 }
 
@@ -58,5 +80,23 @@ int main(int argc, char** argv) {
       ->expected(2);
   app.add_flag("--list", arguments.list, "Lists the built-in files and ends");
   app.add_flag("--json", arguments.json, "Prints one JSON object with stable keys, all digits");
+  CLI::Option* const select =
+      app.add_option("--select", arguments.select,
+                     "Chooses the best K features, at the file's joints or along its `path`")
+          ->type_name("K")
+          ->check(CLI::Range(1, vantage::kMaxRows));
+  app.add_option("--by", arguments.by,
+                 "What makes them the best: w_c (default), sigma_min or trace")
+      ->type_name("MEASURE")
+      ->check(CLI::IsMember({"w_c", "sigma_min", "trace"}))
+      ->needs(select);
+  app.add_option("--over", arguments.over, "What counts along the path: mean (default) or worst")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"mean", "worst"}))
+      ->needs(select);
+  app.add_option("--samples", arguments.samples, "Configurations along the path (default: 50)")
+      ->type_name("N")
+      ->check(CLI::Range(2, 2001))
+      ->needs(select);
   return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
 }

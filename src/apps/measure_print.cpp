@@ -42,6 +42,7 @@ Json EllipsoidJson(const SingularSystem& system) {
   Json json;
   json["axes"] = Rows(system.axes.transpose());
   json["directions"] = Rows(system.directions.transpose());
+  json["matrix"] = Rows(EllipsoidMatrix(system));
   json["volume"] = Number(EllipsoidVolume(system.measure));
   return json;
 }
@@ -55,6 +56,26 @@ Json BoundsJson(const SingularSystem& system, Eigen::Index rows, Eigen::Index co
   json["lower_needs_range"] = bounds.lower_needs_range;
   json["upper_needs_minimum_norm"] = bounds.upper_needs_minimum_norm;
   return json;
+}
+
+const char* NameOf(SelectionCriterion criterion) {
+  switch (criterion) {
+    case SelectionCriterion::kW:
+      return "w_c";
+    case SelectionCriterion::kSigmaMin:
+      return "sigma_min";
+    case SelectionCriterion::kTrace:
+      return "trace";
+  }
+  return "?";
+}
+
+const char* NameOf(SelectionOver over) {
+  return over == SelectionOver::kMean ? "mean" : "worst";
+}
+
+bool HasCommonFocal(const MeasureSetup& setup) {
+  return setup.camera.fx == setup.camera.fy;
 }
 
 Json PointsJson(const MeasureSetup& setup, const Measurement& m) {
@@ -84,6 +105,82 @@ Json FeaturesJson(const MeasureSetup& setup, const Measurement& m) {
     features.push_back(json);
   }
   return features;
+}
+
+Json MissingFeaturesJson(const MeasureSetup& setup, const Measurement& m) {
+  Json missing = Json::array();
+  for (std::size_t i = 0; i < setup.features.features().size(); ++i) {
+    if (m.rows.status[i] == RowStatus::kOk) continue;
+    missing.push_back(
+        {{"name", NameOf(setup.features.features()[i])}, {"status", NameOf(m.rows.status[i])}});
+  }
+  return missing;
+}
+
+// Gradient of log w, times `factor`.
+Json GradientJson(const MeasureSetup& setup, const LogMeasureGradient& gradient, double factor) {
+  if (gradient.status != GradientStatus::kOk) return nullptr;
+  Json json;
+  json["camera_twist"] = List(factor * gradient.by.camera);
+  Json rig = Json::object();
+  for (int i = 0; i < gradient.rig.size(); ++i) {
+    rig[setup.rig.axes[i].name] = Number(factor * gradient.rig(i));
+  }
+  json["rig"] = setup.eye_in_hand ? Json(nullptr) : rig;
+  const Eigen::Matrix2d by_K = factor * gradient.by.calibration;
+  json["fx"] = Number(by_K(0, 0));
+  json["fy"] = Number(by_K(1, 1));
+  json["skew"] = Number(by_K(0, 1));
+  json["focal"] = HasCommonFocal(setup) ? Number(by_K.trace()) : Json(nullptr);
+  json["joints"] = List(factor * gradient.by.joints);
+  return json;
+}
+
+Json GradientsJson(const MeasureSetup& setup, const LogMeasureGradient& gradient, double w) {
+  return {{"status", Name(gradient.status)},
+          {"w", GradientJson(setup, gradient, w)},
+          {"log_w", GradientJson(setup, gradient, 1.0)}};
+}
+
+Json WhitenedJson(const std::optional<WhitenedMeasures>& whitened) {
+  if (!whitened) return nullptr;
+  return {{"w_v", Number(whitened->view.w)},
+          {"w_c", Number(whitened->composite.w)},
+          {"log_w_v", Number(whitened->view.log_w)},
+          {"log_w_c", Number(whitened->composite.log_w)},
+          {"singular_values_v", List(whitened->view.sigma)},
+          {"singular_values_c", List(whitened->composite.sigma)}};
+}
+
+// Twists as (v, l w), l the arm's characteristic length.
+Json ScaledTwistJson(const Measurement& m) {
+  const double length = CharacteristicLength(m.J_r);
+  const Measure view = MeasureOf(ScaleTwistOfImage(m.J_v, length));
+  const Measure arm = MeasureOf(ScaleTwistOfArm(m.J_r, length));
+  return {{"length", Number(length)},
+          {"w_v", Number(view.w)},
+          {"w_r", Number(arm.w)},
+          {"condition_v", Number(view.condition)},
+          {"condition_r", Number(arm.condition)}};
+}
+
+Json ChoiceJson(const MeasureSetup& setup, const FeatureChoice& choice) {
+  const Selection& selection = choice.selection;
+  Json json;
+  json["status"] = Name(selection.status);
+  json["count"] = choice.count;
+  json["criterion"] = NameOf(choice.options.criterion);
+  json["over"] = NameOf(choice.options.over);
+  json["samples"] = choice.samples;
+  json["features"] = selection.rows;
+  Json names = Json::array();
+  for (const int row : selection.rows) names.push_back(NameOf(setup.features.features()[row]));
+  json["names"] = names;
+  json["value"] = Number(selection.value);
+  json["value_of_all"] = Number(selection.value_of_all);
+  json["exhaustive"] = selection.exhaustive;
+  json["sets"] = selection.sets;
+  return json;
 }
 
 // ---- Table ----
@@ -164,8 +261,7 @@ std::string CameraText(const MeasureSetup& setup, const Measurement& m) {
   if (setup.eye_in_hand) return "in hand, " + text;
   for (int i = 0; i < setup.rig.size(); ++i) {
     const RigAxis& rig_axis = setup.rig.axes[i];
-    const bool length = rig_axis.name == "R" || rig_axis.name == "s" || rig_axis.name == "x" ||
-                        rig_axis.name == "y" || rig_axis.name == "z";
+    const bool length = IsLength(rig_axis);
     text += (i == 0 ? "; " : ", ") + rig_axis.name + " " +
             Short(length ? setup.q_c(i) : setup.q_c(i) * kDegreesPerRadian) +
             (length ? " m" : " deg");
@@ -182,6 +278,16 @@ std::string PointsTable(const MeasureSetup& setup, const Measurement& m) {
                      m.faults[i] == ViewFault::kNone ? "yes" : Name(m.faults[i])});
   }
   return std::string("Points") + (setup.pixels ? " [px]" : "") + "\n" + Aligned(lines);
+}
+
+std::string MissingFeaturesText(const MeasureSetup& setup, const Measurement& m) {
+  std::string text;
+  for (std::size_t i = 0; i < setup.features.features().size(); ++i) {
+    if (m.rows.status[i] == RowStatus::kOk) continue;
+    text += (text.empty() ? "" : ", ") + NameOf(setup.features.features()[i]) + " " +
+            NameOf(m.rows.status[i]);
+  }
+  return text.empty() ? "" : "Features without a row: " + text + "\n";
 }
 
 std::string SizeText(Eigen::Index rows, Eigen::Index columns) {
@@ -204,6 +310,8 @@ std::string MeasuresTable(const Measurement& m) {
   add("rank of s",
       [](const Measure& a) { return std::to_string(a.rank) + " of " + std::to_string(a.size()); });
   add("condition", [](const Measure& a) { return Short(a.condition); });
+  add("sigma_min", [](const Measure& a) { return Short(a.sigma_min); });
+  add("sum of 1/sigma^2", [](const Measure& a) { return Short(a.inverse_trace()); });
   int most = 0;
   for (const Measure* measure : measures) most = std::max(most, measure->size());
   for (int i = 0; i < most; ++i) {
@@ -224,6 +332,93 @@ std::string EllipsoidTable(const Cells& names, const Measurement& m) {
                      names, columns, m.composite.axes);
 }
 
+// One line for each parameter: its name and unit, and four gradients.
+std::string GradientsTable(const MeasureSetup& setup, const MeasureReport& report) {
+  const MeasureGradients& gradients = report.gradients;
+  const Measurement& m = report.measurement;
+  std::vector<Cells> lines{{"", "per", "d w_c", "d log w_c", "d w_v", "d log w_v"}};
+  const auto add = [&](const std::string& name, const std::string& unit, auto&& entry) {
+    Cells line{name, unit};
+    for (const bool composite : {true, false}) {
+      const LogMeasureGradient& gradient = composite ? gradients.composite : gradients.view;
+      const double w = composite ? m.composite.measure.w : m.view.measure.w;
+      const bool known = gradient.status == GradientStatus::kOk;
+      const double value = known ? entry(gradient) : 0.0;
+      line.push_back(known ? Short(w * value) : "-");
+      line.push_back(known ? Short(value) : "-");
+    }
+    lines.push_back(line);
+  };
+  for (int i = 0; i < 6; ++i) {
+    add(std::string("camera ") + kTwistNames[i], i < 3 ? "m" : "rad",
+        [i](const LogMeasureGradient& g) { return g.by.camera(i); });
+  }
+  for (int i = 0; i < gradients.composite.rig.size(); ++i) {
+    const RigAxis& axis = setup.rig.axes[i];
+    add(axis.name, IsLength(axis) ? "m" : "rad",
+        [i](const LogMeasureGradient& g) { return g.rig(i); });
+  }
+  if (HasCommonFocal(setup)) {
+    add("focal length", setup.pixels ? "px" : "1",
+        [](const LogMeasureGradient& g) { return g.by.calibration.trace(); });
+  }
+  for (int i = 0; i < setup.arm.size(); ++i) {
+    add(setup.arm.joint_names()[i],
+        setup.arm.joint_kinds()[i] == JointKind::kRevolute ? "rad" : "m",
+        [i](const LogMeasureGradient& g) { return g.by.joints(i); });
+  }
+  std::string text = "Gradients (camera: displacement in its own axes)\n" + Aligned(lines);
+  for (const bool composite : {true, false}) {
+    const GradientStatus status = (composite ? gradients.composite : gradients.view).status;
+    if (status == GradientStatus::kOk) continue;
+    text += std::string("  none for ") + (composite ? "w_c" : "w_v") + ": " + Name(status) +
+            (status == GradientStatus::kSingular ? " (w is 0 there, with a kink)" : "") + "\n";
+  }
+  return text;
+}
+
+std::string BoundsText(const SingularSystem& system, Eigen::Index rows, Eigen::Index columns) {
+  const ErrorBounds bounds =
+      BoundErrors(system.measure, static_cast<int>(rows), static_cast<int>(columns));
+  return Short(bounds.lower) + (bounds.lower_needs_range ? " (of errors in its range)" : "") +
+         " to " + Short(bounds.upper) +
+         (bounds.upper_needs_minimum_norm ? " (of the least motion)" : "");
+}
+
+std::string ChoiceTable(const MeasureSetup& setup, const FeatureChoice& choice) {
+  const Selection& selection = choice.selection;
+  const auto all = setup.features.features().size();
+  std::string text = "Selection: " + std::to_string(choice.count) + " of " + std::to_string(all) +
+                     " features by " + NameOf(choice.options.criterion);
+  if (choice.samples > 1) {
+    text += std::string(", ") + NameOf(choice.options.over) + " of " +
+            std::to_string(choice.samples) + " configurations along the path";
+  }
+  text += "\n";
+  if (selection.status == SelectionStatus::kBadCount) {
+    return text + "  BAD_COUNT: must be 1 to " + std::to_string(all) + "\n";
+  }
+  if (selection.status != SelectionStatus::kOk) {
+    return text + "  none: " + Name(selection.status) +
+           (selection.status == SelectionStatus::kSingular
+                ? " (no such set shows all directions of the motion)"
+                : "") +
+           "\n";
+  }
+  std::string names;
+  for (const int row : selection.rows) {
+    names += (names.empty() ? "" : " ") + NameOf(setup.features.features()[row]);
+  }
+  const std::string what = choice.options.criterion == SelectionCriterion::kTrace
+                               ? "1 / sum of 1/sigma^2"
+                               : NameOf(choice.options.criterion);
+  return text + "  " + names + "\n  " + what + " " + Short(selection.value) +
+         " (all features: " + Short(selection.value_of_all) + "); " +
+         (selection.exhaustive ? "the best of all " + std::to_string(selection.sets) + " sets"
+                               : "by exchange, " + std::to_string(selection.sets) + " sets tried") +
+         "\n";
+}
+
 const char* Explanation(LowCause cause) {
   switch (cause) {
     case LowCause::kNone:
@@ -231,23 +426,35 @@ const char* Explanation(LowCause cause) {
     case LowCause::kView:
       return "the view hides a motion: a camera move can help";
     case LowCause::kArm:
-      return "the arm is near a singularity: no camera move can help";
+      return "the joints hardly move the points that way: no camera move can help";
     case LowCause::kFeatures:
       return "too few feature rows are seen";
   }
   return "";
 }
 
-std::string Conclusions(const MeasureSetup& setup, const Measurement& m) {
+std::string Conclusions(const MeasureSetup& setup, const MeasureReport& report) {
+  const Measurement& m = report.measurement;
   std::string text;
   const auto line = [&](const std::string& what, const std::string& value) {
-    text += "  " + what + std::string(what.size() < 24 ? 24 - what.size() : 1, ' ') + value + "\n";
+    text += "  " + what + std::string(what.size() < 26 ? 26 - what.size() : 1, ' ') + value + "\n";
   };
   line("cause", std::string(Name(m.cause)) + ": " + Explanation(m.cause) +
                     (setup.threshold > 0.0
                          ? " (w_c^(1/s) counts as low below " + Short(setup.threshold) + ")"
                          : ""));
   line("w_c / (w_v w_r)", Short(m.coupling.ratio));
+  line("motion per feature error", "by J_v " + BoundsText(m.view, m.J_v.rows(), m.J_v.cols()) +
+                                       ", by J_c " +
+                                       BoundsText(m.composite, m.J_c.rows(), m.J_c.cols()));
+  const double length = CharacteristicLength(m.J_r);
+  line("twists as (v, " + Short(length) + " m w)",
+       "w_v " + Short(MeasureOf(ScaleTwistOfImage(m.J_v, length)).w) + ", w_r " +
+           Short(MeasureOf(ScaleTwistOfArm(m.J_r, length)).w));
+  if (report.whitened) {
+    line("whitened features",
+         "w_v " + Short(report.whitened->view.w) + ", w_c " + Short(report.whitened->composite.w));
+  }
   if (m.mm_per_px) {
     line("one pixel may hide",
          std::isfinite(*m.mm_per_px) ? Short(*m.mm_per_px) + " mm" : "any motion");
@@ -263,7 +470,8 @@ std::string Conclusions(const MeasureSetup& setup, const Measurement& m) {
 
 }  // namespace
 
-std::string ToJson(const MeasureSetup& setup, const Measurement& m) {
+std::string ToJson(const MeasureSetup& setup, const MeasureReport& report) {
+  const Measurement& m = report.measurement;
   Json json;
   json["name"] = setup.name;
   json["robot"] = setup.arm.name();
@@ -271,12 +479,16 @@ std::string ToJson(const MeasureSetup& setup, const Measurement& m) {
   json["camera_pose"] = Rows(m.X_WC.matrix());
   json["points"] = PointsJson(setup, m);
   json["features"] = FeaturesJson(setup, m);
+  json["features_missing"] = MissingFeaturesJson(setup, m);
   json["J_v"] = Rows(m.J_v);
   json["J_r"] = Rows(m.J_r);
   json["J_c"] = Rows(m.J_c);
   json["singular_values_v"] = List(m.view.measure.sigma);
   json["singular_values_r"] = List(m.arm.measure.sigma);
   json["singular_values_c"] = List(m.composite.measure.sigma);
+  json["status_v"] = Name(m.view.measure.status);
+  json["status_r"] = Name(m.arm.measure.status);
+  json["status_c"] = Name(m.composite.measure.status);
   json["w_v"] = m.view.measure.w;
   json["w_r"] = m.arm.measure.w;
   json["w_c"] = m.composite.measure.w;
@@ -298,6 +510,10 @@ std::string ToJson(const MeasureSetup& setup, const Measurement& m) {
   json["error_bounds_c"] = BoundsJson(m.composite, m.J_c.rows(), m.J_c.cols());
   json["visible"] = std::all_of(m.faults.begin(), m.faults.end(),
                                 [](ViewFault fault) { return fault == ViewFault::kNone; });
+  json["gradient_v"] = GradientsJson(setup, report.gradients.view, m.view.measure.w);
+  json["gradient_c"] = GradientsJson(setup, report.gradients.composite, m.composite.measure.w);
+  json["scaled_twist"] = ScaledTwistJson(m);
+  json["whitened"] = WhitenedJson(report.whitened);
   json["mm_per_px"] = m.mm_per_px ? Number(*m.mm_per_px) : Json(nullptr);
   if (m.translation) {
     json["translation"] = {{"w_v", m.translation->view.w},
@@ -305,10 +521,12 @@ std::string ToJson(const MeasureSetup& setup, const Measurement& m) {
                            {"paper_product", m.translation->product},
                            {"exact", m.translation->exact}};
   }
+  if (report.choice) json["selection"] = ChoiceJson(setup, *report.choice);
   return json.dump(2) + "\n";
 }
 
-std::string ToTable(const MeasureSetup& setup, const Measurement& m) {
+std::string ToTable(const MeasureSetup& setup, const MeasureReport& report) {
+  const Measurement& m = report.measurement;
   const Cells names = FeatureNames(setup, m);
   const Cells twist(std::begin(kTwistNames), std::end(kTwistNames));
   const std::string unit = setup.pixels ? "px" : "units of f";
@@ -319,7 +537,7 @@ std::string ToTable(const MeasureSetup& setup, const Measurement& m) {
   text += "  E       at " + Triple(X_WE.translation()) + " m, z axis " +
           Triple(X_WE.linear().col(2)) + "\n";
   text += "  camera  " + CameraText(setup, m) + "\n\n";
-  text += PointsTable(setup, m) + "\n";
+  text += PointsTable(setup, m) + MissingFeaturesText(setup, m) + "\n";
   if (m.rows.size() == 0) {
     text += "No feature is seen: J_v and J_c have no rows.\n\n";
   } else {
@@ -334,7 +552,9 @@ std::string ToTable(const MeasureSetup& setup, const Measurement& m) {
                         setup.arm.joint_names(), m.J_c);
   }
   text += MeasuresTable(m) + "\n" + EllipsoidTable(names, m);
-  text += "Verdict\n" + Conclusions(setup, m);
+  text += GradientsTable(setup, report) + "\n";
+  if (report.choice) text += ChoiceTable(setup, *report.choice) + "\n";
+  text += "Verdict\n" + Conclusions(setup, report);
   return text;
 }
 

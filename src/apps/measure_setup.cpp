@@ -1,12 +1,14 @@
 #include "measure_setup.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "vantage/active/trigger.h"
 #include "vantage/config/loaders.h"
 #include "vantage/config/oracle_case.h"
+#include "vantage/observability/measures.h"
 
 namespace vantage {
 namespace {
@@ -22,15 +24,20 @@ ArmModel LoadArm(const Section& root) {
 // The camera's model, and whether it speaks in pixels.
 std::pair<CameraModel, bool> LoadLens(const Section& root) {
   const Section section = root.OptionalChild("camera", "Intrinsics of the camera.");
-  const bool pixels = section.Choice<bool>(
-      "units", {{"pixels", true}, {"metric", false}}, true,
-      "Units of the features: pixels, or those of `focal` as in the paper (focal 1: normalised).");
-  if (pixels) return {LoadCamera(section), true};
-  CameraModel camera;
-  camera.fx = camera.fy =
-      section.Number("focal", {1e-6, 1e6, ""}, kRequired, "Metric units: the focal length f.");
-  camera.u0 = camera.v0 = 0.0;
-  return {camera, false};
+  const auto units = section.Choice<ImageUnits>(
+      "units",
+      {{"pixels", ImageUnits::kPixels},
+       {"normalised", ImageUnits::kNormalised},
+       {"metric", ImageUnits::kMetric}},
+      ImageUnits::kPixels,
+      "Units of the features: pixels, those of the plane at unit distance, "
+      "or those of `focal` as in the paper.");
+  if (units == ImageUnits::kPixels) return {LoadCamera(section), true};
+  const double focal = units == ImageUnits::kNormalised
+                           ? 1.0
+                           : section.Number("focal", {1e-6, 1e6, ""}, kRequired,
+                                            "Metric units: the focal length f.");
+  return {InUnits(CameraModel{}, units, focal), false};
 }
 
 RigSetup LoadSphere(const Section& section) {
@@ -113,6 +120,40 @@ std::vector<MeasuredPoint> LoadPoints(const Section& root) {
   return points;
 }
 
+std::vector<JointVector> LoadWaypoints(const Section& root, const ArmModel& arm) {
+  std::vector<JointVector> waypoints;
+  if (root.FormOf("path") == Section::Form::kAbsent) return waypoints;
+  for (const Section& point :
+       root.Children("path", 2, 64, "Joints of a trajectory: straight lines between these.")) {
+    waypoints.push_back(LoadJoints(point, "joints", arm, "Joints of a waypoint."));
+  }
+  return waypoints;
+}
+
+// Covariance of the features' errors: independent ones by their standard deviations, or all of it.
+Eigen::MatrixXd LoadCovariance(const Section& root, int k) {
+  if (root.FormOf("feature_sigmas") != Section::Form::kAbsent &&
+      root.FormOf("feature_covariance") != Section::Form::kAbsent) {
+    root.Fail("feature_covariance", "must not be given beside feature_sigmas");
+  }
+  if (root.FormOf("feature_sigmas") != Section::Form::kAbsent) {
+    const Eigen::VectorXd sigmas =
+        root.Numbers("feature_sigmas", {1e-9, 1e9, ""}, k, k,
+                     "Standard deviation of each feature's error, in its unit.");
+    return sigmas.cwiseAbs2().asDiagonal();
+  }
+  if (root.FormOf("feature_covariance") == Section::Form::kAbsent) return {};
+  const Eigen::VectorXd entries =
+      root.Numbers("feature_covariance", {-1e18, 1e18, ""}, k * k, k * k,
+                   "Covariance of the features' errors, row by row.");
+  const Eigen::MatrixXd C = Eigen::Map<const Eigen::MatrixXd>(entries.data(), k, k);
+  TaskJacobian unused = TaskJacobian::Zero(k, 1);
+  if (!C.isApprox(C.transpose(), 1e-12) || !Whiten(C, &unused)) {
+    root.Fail("feature_covariance", "must be symmetric and positive definite");
+  }
+  return C;
+}
+
 }  // namespace
 
 MeasureSetup LoadMeasureSetup(const Section& root) {
@@ -125,7 +166,9 @@ MeasureSetup LoadMeasureSetup(const Section& root) {
   const auto [camera, pixels] = LoadLens(root);
   MeasureSetup setup{
       "", description, std::move(arm), q, camera, pixels, false, Eigen::Isometry3d::Identity(), {},
-      {}, points,      features,       0, 0.0};
+      {}, points,      features,       0, 0.0,    {},     {}};
+  setup.waypoints = LoadWaypoints(root, setup.arm);
+  setup.covariance = LoadCovariance(root, static_cast<int>(setup.features.features().size()));
   LoadMount(root, &setup);
   setup.translation_task =
       root.Choice<int>("translation_task", {{"none", 0}, {"plane", 2}, {"space", 3}}, 0,
@@ -161,7 +204,9 @@ MeasureSetup LoadOracleSetup(const std::string& path, const std::string& id) {
                      {},
                      oracle.features,
                      0,
-                     0.0};
+                     0.0,
+                     {},
+                     {}};
   setup.rig.X_WC_fixed = oracle.camera.X;
   if (oracle.camera.sphere) {
     setup.rig = oracle.camera.sphere->rig;
@@ -188,16 +233,59 @@ std::string NameOf(const Feature& feature) {
   return name;
 }
 
+bool IsLength(const RigAxis& axis) noexcept {
+  for (const char* name : {"R", "s", "x", "y", "z"}) {
+    if (axis.name == name) return true;
+  }
+  return false;
+}
+
+JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noexcept {
+  const auto lines = static_cast<double>(waypoints.size() - 1);
+  const double place = std::min(std::max(t, 0.0), 1.0) * lines;
+  const auto line = static_cast<std::size_t>(std::min(std::floor(place), lines - 1.0));
+  const double share = place - static_cast<double>(line);
+  return (1.0 - share) * waypoints[line] + share * waypoints[line + 1];
+}
+
 std::string UnitOf(const Feature& feature, bool pixels) {
   switch (feature.kind) {
     case FeatureKind::kAngle:
     case FeatureKind::kEdgeAngle:
+    case FeatureKind::kSegmentAngle:
+    case FeatureKind::kMomentAlpha:
       return "rad";
     case FeatureKind::kArea:
+    case FeatureKind::kMomentArea:
       return pixels ? "px^2" : "-";
-    default:
+    case FeatureKind::kMomentBasic:
+    case FeatureKind::kMomentCentred: {
+      const int order = feature.order_x + feature.order_y;
+      return !pixels ? "-" : order == 1 ? "px" : "px^" + std::to_string(order);
+    }
+    case FeatureKind::kSegmentXNormalised:
+    case FeatureKind::kSegmentYNormalised:
+      return "-";
+    case FeatureKind::kSegmentInverseLength:
+      return pixels ? "1/px" : "-";
+    case FeatureKind::kMomentAreaNormalised:
+      return "m";
+    case FeatureKind::kMomentXNormalised:
+    case FeatureKind::kMomentYNormalised:
+      return pixels ? "px m" : "m";
+    case FeatureKind::kPointX:
+    case FeatureKind::kPointY:
+    case FeatureKind::kDistance:
+    case FeatureKind::kCentroidX:
+    case FeatureKind::kCentroidY:
+    case FeatureKind::kSegmentX:
+    case FeatureKind::kSegmentY:
+    case FeatureKind::kSegmentLength:
+    case FeatureKind::kMomentX:
+    case FeatureKind::kMomentY:
       return pixels ? "px" : "-";
   }
+  return "";
 }
 
 }  // namespace vantage

@@ -47,6 +47,8 @@ struct MeasureSetup {
   int translation_task{0};
   /// w_c^(1/s) below which w_c counts as low [px/rad]; 0: only where J_c loses rank.
   double threshold{0.0};
+  std::vector<JointVector> waypoints;  ///< Of the trajectory (key `path`); empty: none.
+  Eigen::MatrixXd covariance;          ///< Of all features' errors; 0×0 where it is not given.
 };
 
 /// One case of an oracle file (see oracle_case.h). Throws ConfigError.
@@ -63,6 +65,13 @@ struct MeasureSetup {
 
 /// Short name of a feature over the given points: "x_0", "distance_0_1", "area_0_1_2".
 [[nodiscard]] std::string NameOf(const Feature& feature);
+
+/// True for the rig axes that are lengths; the others are angles.
+[[nodiscard]] bool IsLength(const RigAxis& axis) noexcept;
+
+/// Joints along straight lines between the waypoints, t in [0, 1] over lines of equal share.
+/// @pre waypoints.size() >= 2.
+[[nodiscard]] JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noexcept;
 
 /// Unit of a feature's value: "px", "rad", "px^2"; metric cameras have "-" for px.
 [[nodiscard]] std::string UnitOf(const Feature& feature, bool pixels);

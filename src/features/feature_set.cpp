@@ -369,6 +369,24 @@ const char* NameOf(FeatureKind kind) noexcept {
   return "";
 }
 
+const char* NameOf(RowStatus status) noexcept {
+  switch (status) {
+    case RowStatus::kOk:
+      return "OK";
+    case RowStatus::kNotSeen:
+      return "NOT_SEEN";
+    case RowStatus::kBehindCamera:
+      return "BEHIND_CAMERA";
+    case RowStatus::kNotFinite:
+      return "NOT_FINITE";
+    case RowStatus::kCoincident:
+      return "COINCIDENT";
+    case RowStatus::kUndefined:
+      return "UNDEFINED";
+  }
+  return "?";
+}
+
 const std::vector<FeatureKind>& AllFeatureKinds() {
   static const std::vector<FeatureKind> kinds = [] {
     std::vector<FeatureKind> all;

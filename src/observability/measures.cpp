@@ -147,6 +147,32 @@ double Square(double x) noexcept {
 
 }  // namespace
 
+const char* Name(MeasureStatus status) noexcept {
+  switch (status) {
+    case MeasureStatus::kOk:
+      return "OK";
+    case MeasureStatus::kEmpty:
+      return "EMPTY";
+    case MeasureStatus::kNotFinite:
+      return "NOT_FINITE";
+    case MeasureStatus::kTooLarge:
+      return "TOO_LARGE";
+  }
+  return "?";
+}
+
+const char* Name(GradientStatus status) noexcept {
+  switch (status) {
+    case GradientStatus::kOk:
+      return "OK";
+    case GradientStatus::kNotMeasured:
+      return "NOT_MEASURED";
+    case GradientStatus::kSingular:
+      return "SINGULAR";
+  }
+  return "?";
+}
+
 double Measure::geometric_mean() const noexcept {
   return size() == 0 ? 0.0 : std::exp(log_w / size());
 }
@@ -264,6 +290,23 @@ PseudoInverseMatrix EllipsoidMatrix(const SingularSystem& system) noexcept {
   return E;
 }
 
+LogGradient GradientOfLog(const SingularSystem& system) noexcept {
+  LogGradient gradient;
+  gradient.by_J.resize(0, 0);
+  const Measure& measure = system.measure;
+  if (measure.status != MeasureStatus::kOk) return gradient;
+  gradient.status = GradientStatus::kSingular;
+  if (measure.rank < measure.size() || !(measure.sigma_min > 0.0)) return gradient;
+  gradient.status = GradientStatus::kOk;
+  gradient.by_J.setZero(system.axes.rows(), system.directions.rows());
+  for (int i = 0; i < measure.size(); ++i) {
+    const double factor = 1.0 / Square(measure.sigma(i));
+    gradient.by_J.noalias() +=
+        (factor * system.axes.col(i)).lazyProduct(system.directions.col(i).transpose());
+  }
+  return gradient;
+}
+
 double EllipsoidVolume(const Measure& measure) noexcept {
   if (measure.size() == 0) return 0.0;
   const double half = 0.5 * measure.size();
@@ -330,31 +373,40 @@ TaskJacobian ScaleJoints(const TaskJacobian& J, const JointVector& scale) noexce
   return J * scale.asDiagonal();
 }
 
-LowCause DiagnoseLowMeasure(const SingularSystem& composite, int arm_rank, const ArmJacobian& J_r,
-                            int rows_needed, bool low, const DiagnosisOptions& options) noexcept {
-  const Measure& seen = composite.measure;
-  if (seen.size() == 0 || composite.axes.rows() < rows_needed) return LowCause::kFeatures;
-  if (!low) return LowCause::kNone;
-  // An arm that has lost a direction loses it in the product, unless the features ask for less.
-  const int arm_size = std::min(kTaskDimension, static_cast<int>(J_r.cols()));
-  if (arm_rank < arm_size && seen.size() >= arm_size) return LowCause::kArm;
-
-  const double length = options.length > 0.0 ? options.length : CharacteristicLength(J_r);
-  const Eigen::Matrix<double, 6, 1> motion =
-      J_r.lazyProduct(composite.directions.col(seen.size() - 1));
-  const double moved = std::hypot(motion.head<3>().norm(), length * motion.tail<3>().norm());
-  const double usual = std::hypot(J_r.topRows<3>().norm(), length * J_r.bottomRows<3>().norm()) /
-                       std::sqrt(static_cast<double>(
-                           std::max<Eigen::Index>(1, std::min<Eigen::Index>(6, J_r.cols()))));
-  return moved < options.arm_share * usual ? LowCause::kArm : LowCause::kView;
-}
-
 PointJacobian PointJacobianOf(const ArmJacobian& J_r, const Eigen::Vector3d& p_EP_W) noexcept {
   PointJacobian A(3, J_r.cols());
   for (Eigen::Index j = 0; j < J_r.cols(); ++j) {
     A.col(j) = J_r.col(j).head<3>() + J_r.col(j).tail<3>().cross(p_EP_W);
   }
   return A;
+}
+
+LowCause DiagnoseLowMeasure(const SingularSystem& composite,
+                            const std::vector<PointJacobian>& points, int rows_needed, bool low,
+                            const DiagnosisOptions& options) noexcept {
+  const Measure& seen = composite.measure;
+  const int s = seen.size();
+  if (s == 0 || composite.axes.rows() < rows_needed || points.empty()) return LowCause::kFeatures;
+  if (!low) return LowCause::kNone;
+
+  // Squared singular values of the points' stacked Jacobians, good to 1e-16 of the first.
+  using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints,
+                             kMaxJoints>;
+  const Eigen::Index n = composite.directions.rows();
+  const auto worst_seen = composite.directions.col(s - 1);
+  Gram gram = Gram::Zero(n, n);
+  double moved = 0.0;
+  for (const PointJacobian& A : points) {
+    gram.noalias() += A.transpose().lazyProduct(A);
+    moved += A.lazyProduct(worst_seen).squaredNorm();
+  }
+  constexpr double kStandsStill = 1e-14;  // of a square: to a ten millionth
+  const Measure reach = MeasureOf(gram);
+  if (s > reach.size() || !(reach.sigma(s - 1) > kStandsStill * reach.sigma(0))) {
+    return LowCause::kArm;
+  }
+  const double usual = gram.trace() / reach.size();
+  return moved < Square(options.arm_share) * usual ? LowCause::kArm : LowCause::kView;
 }
 
 namespace {

@@ -159,6 +159,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
     limit.upper -= margin;
   }
   p_EM_W_.resize(count);
+  point_jacobians_.resize(count);
   current_.resize(count);
   wanted_soon_.resize(count);
   wanted_.resize(count);
@@ -548,8 +549,12 @@ void Servo::ReportMeasures(const SingularSystem& system) noexcept {
   report.trigger_measure = trigger_.measure;
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
-  report.cause = DiagnoseLowMeasure(system, manipulability.rank, J_r, RowsNeeded(),
-                                    report.trigger_value < trigger_.threshold);
+  const bool low = report.trigger_value < trigger_.threshold;
+  if (low) {
+    for (std::size_t i = 0; i < p_EM_W_.size(); ++i)
+      point_jacobians_[i] = PointJacobianOf(J_r, p_EM_W_[i]);
+  }
+  report.cause = DiagnoseLowMeasure(system, point_jacobians_, RowsNeeded(), low);
 }
 
 // The joint motion that the image error stands for, and how far it moves the markers [mm]. Directions

@@ -314,11 +314,11 @@ TEST_F(RecipeFile, APathSetsAllJoints) {
       "path: [{joints_deg: [0, 40, -60]}, {joints_deg: [10, 50, -40]}, {joints_deg: [20, 20, "
       "20]}]\n"
       "sweep: {x: {axis: path, samples: 5}, y: {axis: theta, from_deg: 10, to_deg: 50}}\n");
-  const JointVector half = JointsAlong(recipe.waypoints, 0.5);
+  const JointVector half = JointsAlong(recipe.setup.waypoints, 0.5);
   EXPECT_NEAR(half(1), 50.0 * kPi / 180.0, 1e-15);
-  const JointVector three_quarters = JointsAlong(recipe.waypoints, 0.75);
+  const JointVector three_quarters = JointsAlong(recipe.setup.waypoints, 0.75);
   EXPECT_NEAR(three_quarters(0), 15.0 * kPi / 180.0, 1e-15);
-  EXPECT_EQ(JointsAlong(recipe.waypoints, 1.0), recipe.waypoints[2]);
+  EXPECT_EQ(JointsAlong(recipe.setup.waypoints, 1.0), recipe.setup.waypoints[2]);
   MeasureSetup setup = recipe.setup;
   setup.q_c(1) = 0.4;
   EXPECT_EQ(EvaluateCell(recipe, 0.75, 0.4).w_c,
@@ -329,7 +329,7 @@ TEST_F(RecipeFile, ASingleJointIsSetAfterAPath) {
   const MapRecipe recipe = Load(
       "path: [{joints_deg: [0, 40, -60]}, {joints_deg: [10, 50, -40]}]\n"
       "sweep: {x: {axis: elbow, from_deg: -90, to_deg: -20}, y: {axis: path, samples: 3}}\n");
-  JointVector q = JointsAlong(recipe.waypoints, 0.5);
+  JointVector q = JointsAlong(recipe.setup.waypoints, 0.5);
   q(2) = -1.0;
   EXPECT_EQ(EvaluateCell(recipe, -1.0, 0.5).w_c,
             Evaluate(recipe.setup, q, recipe.setup.q_c).composite.measure.w);

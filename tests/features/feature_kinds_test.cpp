@@ -28,6 +28,7 @@
 #include <visp3/visual_features/vpFeatureSegment.h>
 
 #include "eigen_matchers.h"
+#include "feature_examples.h"
 #include "finite_difference.h"
 #include "vantage/features/pixel_feature.h"
 #include "vantage/features/point_feature.h"
@@ -42,48 +43,13 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using test::Example;
+using test::SkewedCamera;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kPoints = 5;
-
-CameraModel SkewedCamera() {
-  CameraModel camera;
-  camera.fx = 610.0;
-  camera.fy = 575.0;
-  camera.u0 = 321.0;
-  camera.v0 = 237.0;
-  camera.skew = 3.0;
-  return camera;
-}
-
-// A feature of the kind over points 0.. of five.
-Feature Example(FeatureKind kind) {
-  switch (kind) {
-    case FeatureKind::kPointX:
-    case FeatureKind::kPointY:
-      return {kind, {1}};
-    case FeatureKind::kEdgeAngle:
-      return {kind, {0, 1, 3, 4}};
-    case FeatureKind::kMomentBasic:
-      return {kind, {0, 1, 2, 4}, 2, 1};
-    case FeatureKind::kMomentCentred:
-      return {kind, {0, 1, 2, 4}, 1, 2};
-    case FeatureKind::kDistance:
-    case FeatureKind::kAngle:
-    case FeatureKind::kSegmentX:
-    case FeatureKind::kSegmentY:
-    case FeatureKind::kSegmentLength:
-    case FeatureKind::kSegmentAngle:
-    case FeatureKind::kSegmentXNormalised:
-    case FeatureKind::kSegmentYNormalised:
-    case FeatureKind::kSegmentInverseLength:
-      return {kind, {0, 2}};
-    default:
-      return {kind, {0, 1, 2, 4}, 0, 0, 900.0, 1.5};
-  }
-}
+constexpr int kPoints = test::kExamplePoints;
 
 // Where the points are fixed, and how they lie.
 struct Arrangement {
@@ -125,13 +91,7 @@ Scene RandomScene(std::mt19937* random, const Arrangement& arrangement) {
   scene.X_WC = Advance(Isometry3d::Identity(), RandomStep(random, 1.0));
   scene.X_WE = Advance(Isometry3d::Identity(), RandomStep(random, 1.0));
   const Vector3d plane(side(*random), side(*random), 1.0 / depth(*random));  // A x + B y + C = 1/Z
-  // Apart: close to where points coincide, differences over a step say little.
-  std::vector<Vector3d> rays;
-  while (static_cast<int>(rays.size()) < kPoints) {
-    const Vector3d ray(side(*random), side(*random), 1.0);
-    const auto close = [&](const Vector3d& other) { return (ray - other).norm() < 0.2; };
-    if (std::none_of(rays.begin(), rays.end(), close)) rays.push_back(ray);
-  }
+  const std::vector<Vector3d> rays = test::RandomRays(random);
   for (int i = 0; i < kPoints; ++i) {
     const Vector3d& ray = rays[i];
     const double z = arrangement.coplanar ? 1.0 / plane.dot(ray) : depth(*random);

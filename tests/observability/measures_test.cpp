@@ -9,6 +9,7 @@
 
 #include "allocation_guard.h"
 #include "eigen_matchers.h"
+#include "finite_difference.h"
 
 namespace vantage {
 namespace {
@@ -397,9 +398,11 @@ PlanarView PlanarCase(double elbow, double tilt) {
   return view;
 }
 
+// The point is E's origin.
 LowCause Cause(const PlanarView& view, int rows_needed, bool low) {
   const MatrixXd J_c = view.J_v * view.J_r;
-  return DiagnoseLowMeasure(Decompose(J_c), MeasureOf(view.J_r).rank, view.J_r, rows_needed, low);
+  return DiagnoseLowMeasure(Decompose(J_c), {PointJacobianOf(view.J_r, Vector3d::Zero())},
+                            rows_needed, low);
 }
 
 TEST(DiagnoseLowMeasure, FindsTheCause) {
@@ -410,8 +413,6 @@ TEST(DiagnoseLowMeasure, FindsTheCause) {
   EXPECT_EQ(Cause(PlanarCase(1.2, 0.0), 3, false), LowCause::kFeatures);
 }
 
-// The arm's own rank counts in six dimensions: stretched, the planar arm still turns its tip, but no
-// motion of the tip's POINT along the arm is left for a camera to see.
 TEST(DiagnoseLowMeasure, BlamesTheArmForWhatItCannotDo) {
   PlanarView view = PlanarCase(1.2, 0.0);
   view.J_r.col(1) = 0.5 * view.J_r.col(0);  // two joints of one effect
@@ -420,11 +421,95 @@ TEST(DiagnoseLowMeasure, BlamesTheArmForWhatItCannotDo) {
   EXPECT_EQ(Cause(view, 2, true), LowCause::kArm);
 }
 
+// Stretched or folded, the planar arm still turns its tip (J_r has rank 2), but its POINT moves across the
+// arm alone: no camera sees more of the joints, wherever it stands.
+TEST(DiagnoseLowMeasure, BlamesTheArmWhereThePointsStandStill) {
+  for (const double elbow : {0.0, kPi, 1e-4}) {
+    for (const double tilt : {0.0, 0.7, 1.55}) {
+      const PlanarView view = PlanarCase(elbow, tilt);
+      EXPECT_EQ(MeasureOf(view.J_r).rank, 2);
+      EXPECT_EQ(Cause(view, 2, true), LowCause::kArm) << elbow << " " << tilt;
+    }
+  }
+  EXPECT_EQ(Cause(PlanarCase(0.01, 0.0), 2, true), LowCause::kArm);  // half a degree
+  EXPECT_EQ(Cause(PlanarCase(0.01, 1.55), 2, true),
+            LowCause::kView);  // and looked at along the arm
+  EXPECT_EQ(Cause(PlanarCase(0.3, 0.0), 2, true), LowCause::kView);
+  EXPECT_EQ(Cause(PlanarCase(0.3, 1.55), 2, true), LowCause::kView);
+}
+
+// With a second point off the tip the stretched arm's turn can be seen: then the view is to blame.
+TEST(DiagnoseLowMeasure, ASecondPointShowsWhatTheFirstDoesNot) {
+  const PlanarView view = PlanarCase(0.0, kPi / 2);
+  const std::vector<PointJacobian> points{PointJacobianOf(view.J_r, Vector3d::Zero()),
+                                          PointJacobianOf(view.J_r, Vector3d(0.0, 0.3, 0.0))};
+  const SingularSystem composite = Decompose(MatrixXd(view.J_v * view.J_r));
+  EXPECT_EQ(DiagnoseLowMeasure(composite, points, 2, true), LowCause::kView);
+}
+
+// The view hides one motion and the arm lacks another: no camera makes w_c more than 0.
+TEST(DiagnoseLowMeasure, TheArmGoesBeforeTheView) {
+  ArmJacobian J_r = ArmJacobian::Zero(6, 3);
+  J_r.topLeftCorner<2, 2>().setIdentity();  // third joint: nothing moves
+  const PointJacobian point = PointJacobianOf(J_r, Vector3d::Zero());
+  Eigen::Matrix3d view = Eigen::Vector3d(500.0, 0.0, 500.0).asDiagonal();  // blind in y
+  const SingularSystem composite = Decompose(MatrixXd(view * point));
+  EXPECT_EQ(composite.measure.rank, 1);
+  EXPECT_EQ(DiagnoseLowMeasure(composite, {point}, 3, true), LowCause::kArm);
+}
+
 TEST(DiagnoseLowMeasure, NothingSeenIsForWantOfFeatures) {
   const PlanarView view = PlanarCase(1.2, 0.0);
+  const PointJacobian point = PointJacobianOf(view.J_r, Vector3d::Zero());
   const SingularSystem nothing = Decompose(MatrixXd(0, 2));
-  EXPECT_EQ(DiagnoseLowMeasure(nothing, MeasureOf(view.J_r).rank, view.J_r, 0, true),
-            LowCause::kFeatures);
+  EXPECT_EQ(DiagnoseLowMeasure(nothing, {point}, 0, true), LowCause::kFeatures);
+  const SingularSystem composite = Decompose(MatrixXd(view.J_v * view.J_r));
+  EXPECT_EQ(DiagnoseLowMeasure(composite, {}, 2, true), LowCause::kFeatures);
+}
+
+// ∂(log w)/∂J against central differences: tall, wide, square, and capped by the task dimension.
+TEST(GradientOfLog, MatchesCentralDifferences) {
+  std::mt19937 random(43);
+  struct Size {
+    int rows, columns, task;
+  };
+  for (const Size& size : {Size{8, 6, 6}, Size{2, 7, 6}, Size{3, 3, 3}, Size{1, 5, 6},
+                           Size{6, 2, 6}, Size{16, 16, 16}}) {
+    const MatrixXd J = RandomMatrix(&random, size.rows, size.columns);
+    const LogGradient gradient = GradientOfLog(Decompose(J, size.task));
+    ASSERT_EQ(gradient.status, GradientStatus::kOk);
+    const MatrixXd numeric = test::CentralDifference(
+        [&](const VectorXd& step) -> VectorXd {
+          const MatrixXd moved = J + Eigen::Map<const MatrixXd>(step.data(), J.rows(), J.cols());
+          return Eigen::Vector2d(MeasureOf(moved, size.task).log_w, 0.0);
+        },
+        2, static_cast<int>(J.size()));
+    const MatrixXd by_J =
+        Eigen::Map<const MatrixXd>(VectorXd(numeric.row(0)).data(), J.rows(), J.cols());
+    EXPECT_TRUE(test::Near(gradient.by_J, by_J, 1e-7 * by_J.cwiseAbs().maxCoeff()));
+  }
+  // 8×7 of rank 6: along motions that keep the rank at 6.
+  const MatrixXd A = RandomMatrix(&random, 8, 6), B = RandomMatrix(&random, 6, 7);
+  const MatrixXd dA = RandomMatrix(&random, 8, 6);
+  const LogGradient gradient = GradientOfLog(Decompose(MatrixXd(A * B)));
+  ASSERT_EQ(gradient.status, GradientStatus::kOk);
+  const double h = 1e-6;
+  const double numeric =
+      (MeasureOf((A + h * dA) * B).log_w - MeasureOf((A - h * dA) * B).log_w) / (2.0 * h);
+  EXPECT_NEAR(gradient.by_J.cwiseProduct(dA * B).sum(), numeric, 1e-7 * std::abs(numeric));
+}
+
+TEST(GradientOfLog, IsNamedWhereThereIsNone) {
+  std::mt19937 random(44);
+  MatrixXd J = RandomMatrix(&random, 4, 3);
+  J.col(2) = J.col(0) - 2.0 * J.col(1);
+  const LogGradient singular = GradientOfLog(Decompose(J));
+  EXPECT_EQ(singular.status, GradientStatus::kSingular);
+  EXPECT_EQ(singular.by_J.size(), 0);
+  EXPECT_EQ(GradientOfLog(Decompose(MatrixXd::Zero(2, 2))).status, GradientStatus::kSingular);
+  EXPECT_EQ(GradientOfLog(Decompose(MatrixXd(0, 3))).status, GradientStatus::kNotMeasured);
+  J(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(GradientOfLog(Decompose(J)).status, GradientStatus::kNotMeasured);
 }
 
 TEST(PointJacobian, IsTheVelocityOfARigidBodysPoint) {
@@ -557,7 +642,8 @@ TEST(Measures, DoNotAllocate) {
   const double volume = EllipsoidVolume(composite.measure);
   const ErrorBounds bounds = BoundErrors(composite.measure, 8, 7);
   const Coupling coupling = CouplingOf(view, arm, composite.measure);
-  const LowCause cause = DiagnoseLowMeasure(composite, arm.rank, J_r, 6, true);
+  const LowCause cause = DiagnoseLowMeasure(composite, points, 6, true);
+  const LogGradient gradient = GradientOfLog(composite);
   const double worst = WorstMillimetresPerPixel(composite, points);
   const double length = CharacteristicLength(J_r);
   const Measure scaled = MeasureOf(ScaleTwistOfArm(J_r, length));
@@ -570,7 +656,8 @@ TEST(Measures, DoNotAllocate) {
   EXPECT_EQ(wide.axes.cols() + block.size() + scaled.size(), 15);
   EXPECT_NEAR(joints.w, composite.measure.w, 1e-12 * joints.w);
   EXPECT_GT(volume * bounds.upper * coupling.ratio * worst, 0.0);
-  EXPECT_EQ(cause, LowCause::kView);
+  EXPECT_EQ(cause, LowCause::kArm);  // one and the same point moves in three directions, not six
+  EXPECT_EQ(gradient.status, GradientStatus::kOk);
 }
 
 }  // namespace

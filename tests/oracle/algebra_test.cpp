@@ -12,14 +12,14 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(Algebra);
 INSTANTIATE_TEST_SUITE_P(Oracle, Algebra, ::testing::ValuesIn(Entries("/algebra")), NameOf);
 
 // The note of entries whose rank is to be told by another tolerance names it.
-double RankTolerance(const Json& expected) {
-  const std::string note = expected.value("note", "");
+double RankTolerance(const Node& expected) {
+  const std::string note = expected.raw().value("note", "");
   return note.find("rank tolerance 1e-6*sigma_1") == std::string::npos ? kRankTolerance : 1e-6;
 }
 
 TEST_P(Algebra, MeasuresAndEllipsoid) {
-  const Json& entry = *GetParam().json;
-  const Json& expected = entry.at("expected");
+  const Node& entry = GetParam().node;
+  const Node expected = entry.at("expected");
   const Eigen::MatrixXd J = Matrix(entry.at("J"));
   ASSERT_EQ(J.rows(), entry.at("k").get<int>());
   ASSERT_EQ(J.cols(), entry.at("m").get<int>());
@@ -82,8 +82,8 @@ INSTANTIATE_TEST_SUITE_P(Oracle, CompositeAlgebra,
                          ::testing::ValuesIn(Entries("/composite_algebra")), NameOf);
 
 TEST_P(CompositeAlgebra, ProductRuleAndHornsBound) {
-  const Json& entry = *GetParam().json;
-  const Json& expected = entry.at("expected");
+  const Node& entry = GetParam().node;
+  const Node expected = entry.at("expected");
   const Eigen::MatrixXd J_v = Matrix(entry.at("J_v"));
   const Eigen::MatrixXd J_r = Matrix(entry.at("J_r"));
   const int k = entry.at("k").get<int>();

@@ -211,7 +211,7 @@ GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(Optimum);
 INSTANTIATE_TEST_SUITE_P(Oracle, Optimum, ::testing::ValuesIn(Solved()), NameOf);
 
 TEST_P(Optimum, IsReached) {
-  Solvers().at(GetParam().id)(*GetParam().json);
+  Solvers().at(GetParam().id)(GetParam().node.raw());
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <memory>
 #include <ostream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,14 +24,42 @@ namespace vantage::test {
 
 using Json = nlohmann::json;
 
+/// A value of the file that notes when it is read: at the end of a full run each number that no test read is
+/// named (see JudgesEveryNumber in oracle_file.cpp).
+class Node {
+ public:
+  explicit Node(const Json* json) : json_(json) {}
+
+  [[nodiscard]] Node at(const std::string& key) const { return Node(&json_->at(key)); }
+  [[nodiscard]] Node at(std::size_t i) const { return Node(&json_->at(i)); }
+  [[nodiscard]] bool contains(const std::string& key) const { return json_->contains(key); }
+  [[nodiscard]] std::size_t size() const { return json_->size(); }
+  [[nodiscard]] std::vector<std::pair<std::string, Node>> items() const;
+  [[nodiscard]] std::vector<Node> elements() const;
+  [[nodiscard]] bool is_null() const { return read().is_null(); }
+  template <typename T>
+  [[nodiscard]] T get() const {
+    return read().get<T>();
+  }
+  operator double() const { return get<double>(); }  // NOLINT: numbers are what nodes are for
+
+  /// The value and all below it, as read.
+  [[nodiscard]] const Json& read() const;
+  /// The same without a note: inputs, ids, prose.
+  [[nodiscard]] const Json& raw() const { return *json_; }
+
+ private:
+  const Json* json_;
+};
+
 /// The file; an empty object when it could not be read. ReadError() says why.
-[[nodiscard]] const Json& Oracles();
+[[nodiscard]] Node Oracles();
 [[nodiscard]] const std::string& ReadError();
 
 /// One entry of a list, or one value of an object, for a test of its own.
 struct Entry {
   std::string id;  ///< Letters, digits and underscores.
-  const Json* json;
+  Node node;
 };
 std::ostream& operator<<(std::ostream& stream, const Entry& entry);
 
@@ -50,9 +79,9 @@ inline constexpr double kMeasureTolerance = 1e-9;    // · w
 inline constexpr double kZeroTolerance = 1e-9;       // · σ_1^s, where w is 0
 inline constexpr double kGradientTolerance = 1e-7;   // · max|g|
 
-[[nodiscard]] Eigen::MatrixXd Matrix(const Json& rows);
-[[nodiscard]] Eigen::VectorXd Vector(const Json& values);
-[[nodiscard]] Eigen::Vector3d Point(const Json& values);
+[[nodiscard]] Eigen::MatrixXd Matrix(const Node& rows);
+[[nodiscard]] Eigen::VectorXd Vector(const Node& values);
+[[nodiscard]] Eigen::Vector3d Point(const Node& values);
 
 /// max|a - b| <= tolerance · max|b|.
 [[nodiscard]] ::testing::AssertionResult JacobianNear(const Eigen::MatrixXd& actual,
@@ -63,11 +92,15 @@ inline constexpr double kGradientTolerance = 1e-7;   // · max|g|
 [[nodiscard]] ::testing::AssertionResult RelativelyNear(double actual, double expected,
                                                         double tolerance);
 
-/// w of a measure: relative where it is not zero. What is left of a w lost to rounding is compared as
-/// the singular values are: to kSigmaTolerance · σ_1^s.
+/// w of a measure: relative where it is not zero.
 [[nodiscard]] ::testing::AssertionResult WNear(const Measure& measure, double expected);
 
-[[nodiscard]] ::testing::AssertionResult SigmaNear(const Measure& measure, const Json& expected);
+/// max|a - b| <= kGradientTolerance · max|b|. Where the gradient vanishes (at a maximum of w, say) what is
+/// left is the rounding of terms of w's own size: kSigmaTolerance · w.
+[[nodiscard]] ::testing::AssertionResult GradientNear(const Eigen::VectorXd& actual,
+                                                      const Eigen::VectorXd& expected, double w);
+
+[[nodiscard]] ::testing::AssertionResult SigmaNear(const Measure& measure, const Node& expected);
 
 /// A case as the library sees it.
 struct Evaluated {

@@ -18,7 +18,7 @@ class Planar : public ::testing::Test {
   void SetUp() override {
     if (!Oracles().contains("planar")) GTEST_SKIP() << "no such section in this file";
   }
-  [[nodiscard]] static const Json& section() { return Oracles().at("planar"); }
+  [[nodiscard]] static Node section() { return Oracles().at("planar"); }
 
   // Random pose, links, camera; the test of a closed form.
   template <typename F>
@@ -81,7 +81,7 @@ TEST_F(Planar, LookingAtTheOrigin) {
 }
 
 TEST_F(Planar, Fig3) {
-  const Json& fig = section().at("fig3");
+  const Node fig = section().at("fig3");
   const OracleCase cell =
       PointCell(PlanarArm(fig.at("l1"), fig.at("l2")), RigOrientation::kFixedDown, fig.at("f"));
   // w_c does not depend on theta1 or phi: the figure leaves them open.
@@ -91,7 +91,7 @@ TEST_F(Planar, Fig3) {
     EXPECT_TRUE(RelativelyNear(other, expected, kMeasureTolerance));
     return expected;
   };
-  for (const Json& sample : fig.at("samples")) {
+  for (const Node& sample : fig.at("samples").elements()) {
     ExpectTableValue(w_c(sample.at("R"), sample.at("theta")), sample.at("w_c"));
   }
   ExpectTableValue(w_c(fig.at("argmax").at("R"), fig.at("argmax").at("theta")), fig.at("max"));
@@ -109,13 +109,13 @@ TEST_F(Planar, Fig3) {
 }
 
 TEST_F(Planar, Fig4) {
-  const Json& fig = section().at("fig4");
+  const Node fig = section().at("fig4");
   const OracleCase cell =
       PointCell(PlanarArm(fig.at("l1"), fig.at("l2")), RigOrientation::kFixedDown, fig.at("f"));
   const auto w_c = [&](double theta, double theta2) {
     return At(cell, Joints({0.4, theta2}), {fig.at("R"), theta, 0.7}).composite.w;
   };
-  for (const Json& sample : fig.at("samples")) {
+  for (const Node& sample : fig.at("samples").elements()) {
     ExpectTableValue(w_c(sample.at("theta"), sample.at("theta2")), sample.at("w_c"));
   }
   ExpectTableValue(w_c(fig.at("argmax").at("theta"), fig.at("argmax").at("theta2")), fig.at("max"));

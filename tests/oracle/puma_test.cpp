@@ -13,7 +13,7 @@ class Puma : public ::testing::Test {
   void SetUp() override {
     if (!Oracles().contains("puma")) GTEST_SKIP() << "no such section in this file";
   }
-  [[nodiscard]] static const Json& section() { return Oracles().at("puma"); }
+  [[nodiscard]] static Node section() { return Oracles().at("puma"); }
 };
 
 class Draw {
@@ -44,7 +44,7 @@ TEST_F(Puma, SimpleArm) {
 }
 
 TEST_F(Puma, WristCentreOfThePuma560) {
-  const Json& parameters = section().at("puma560_wrist_centre").at("params");
+  const Node parameters = section().at("puma560_wrist_centre").at("params");
   const double a2 = parameters.at("a2");
   const double a3 = parameters.at("a3");
   const double d3 = parameters.at("d3");
@@ -170,7 +170,7 @@ struct Surface {
     return SurfaceAt(name, arm, p_EP2, Joints({column, column, column}), {R, row, kPhi});
   }
   // A node as the file names it.
-  [[nodiscard]] Value operator()(const Json& node) const {
+  [[nodiscard]] Value operator()(const Node& node) const {
     if (figure == "fig6a") return (*this)(node.at("theta"), node.at("phi"));
     if (figure == "fig6b") return (*this)(node.at("R"), node.at("theta"));
     return (*this)(node.at("theta"), node.at("t"));
@@ -178,7 +178,7 @@ struct Surface {
 };
 
 // Extremes over the grid, and the values at the nodes the file names for them.
-void ExpectStatistics(const Surface& surface, const Json& expected) {
+void ExpectStatistics(const Surface& surface, const Node& expected) {
   Value max;
   Value min{1e300, 0.0};
   for (const double row : surface.Rows()) {
@@ -215,7 +215,7 @@ TEST_P(PumaFigure, Statistics) {
   const bool simple = GetParam().id[0] == 'S';
   const ArmModel arm =
       simple ? SimplePuma(10, 10, 0) : Puma560ToWrist(0.4318, 0.0203, 0.15005, 0.4318);
-  for (const auto& [figure, surfaces] : GetParam().json->items()) {
+  for (const auto& [figure, surfaces] : GetParam().node.items()) {
     ASSERT_TRUE(figure == "fig6a" || figure == "fig6b" || figure == "fig7") << figure;
     for (const auto& [name, expected] : surfaces.items()) {
       SCOPED_TRACE(figure + " " + name);

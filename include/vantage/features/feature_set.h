@@ -110,6 +110,9 @@ enum class RowStatus : int {
   kUndefined = 5,     ///< The points have no orientation (kMomentAlpha of a symmetric set).
 };
 
+/// As programs print it: "OK", "NOT_SEEN", "BEHIND_CAMERA", "NOT_FINITE", "COINCIDENT", "UNDEFINED".
+[[nodiscard]] const char* NameOf(RowStatus status) noexcept;
+
 /// Feature values and their derivatives; k rows, one for each feature whose points are all visible.
 struct FeatureRows {
   FeatureVector s;         ///< k values [px, rad, px²].

@@ -32,7 +32,7 @@ using JacobianRef = Eigen::Ref<const Eigen::MatrixXd>;
 enum class LowCause : int {
   kNone = 0,      ///< It is not.
   kView = 1,      ///< w_v or the coupling of view and arm: a camera move can help.
-  kArm = 2,       ///< w_r ~ 0: no camera move can help.
+  kArm = 2,       ///< The arm does not move the points that way: no camera move can help.
   kFeatures = 3,  ///< Fewer feature rows than joints or task dimensions to be seen.
 };
 
@@ -43,6 +43,9 @@ enum class MeasureStatus : int {
   kNotFinite = 2,  ///< An entry is NaN or infinite.
   kTooLarge = 3,   ///< More rows or columns than the bounded types hold.
 };
+
+/// As programs print it: "OK", "EMPTY", "NOT_FINITE", "TOO_LARGE".
+[[nodiscard]] const char* Name(MeasureStatus status) noexcept;
 
 /// Singular values of one Jacobian and what follows from them. Never holds a NaN: where the status is
 /// not kOk, sigma is empty, w, sigma_min and rank are 0, log_w is -inf and condition is inf.
@@ -125,6 +128,27 @@ using PseudoInverseMatrix =
 /// Volume of the ellipsoid in its s dimensions: π^(s/2) / Γ(s/2 + 1) · w. Real-time safe.
 [[nodiscard]] double EllipsoidVolume(const Measure& measure) noexcept;
 
+/// What became of a gradient.
+enum class GradientStatus : int {
+  kOk = 0,
+  kNotMeasured = 1,  ///< The measure's own status is not kOk.
+  kSingular = 2,     ///< rank < s: w is 0 with a kink, log w has no limit there.
+};
+
+/// As programs print it: "OK", "NOT_MEASURED", "SINGULAR".
+[[nodiscard]] const char* Name(GradientStatus status) noexcept;
+
+/// ∂(log w)/∂J; with the chain rule over what moves J, the gradient of log w, and w times it that of w.
+struct LogGradient {
+  GradientStatus status{GradientStatus::kNotMeasured};
+  TaskJacobian by_J;  ///< rows×columns: Σ u_i v_iᵀ / σ_i over the s values. 0×0 where not kOk.
+};
+
+/// @pre where more than s singular values are there, σ_s > σ_(s+1): so it is for every J whose rank the
+///   task dimension caps.
+/// Real-time safe.
+[[nodiscard]] LogGradient GradientOfLog(const SingularSystem& system) noexcept;
+
 /// Bounds of |Δr| / |Δv|, Δr = J^+ Δv the motion computed from an error Δv of the features (paper,
 /// eq. 12).
 struct ErrorBounds {
@@ -177,29 +201,6 @@ struct Coupling {
 /// @pre scale.size() == J.cols().
 [[nodiscard]] TaskJacobian ScaleJoints(const TaskJacobian& J, const JointVector& scale) noexcept;
 
-struct DiagnosisOptions {
-  /// The arm is the cause when the motion that is seen worst moves the end effector by less than this
-  /// share of the arm's usual (root mean square) gain; > 0.
-  double arm_share{0.05};
-  /// Characteristic length of twists [m]; 0: CharacteristicLength() of J_r.
-  double length{0.0};
-};
-
-/// Finds the cause of a low w_c before a camera moves (docs/paper.md): the joint motion v_s that the
-/// features see worst is looked up in the arm. If the arm hardly moves by it (J_r v_s ~ 0) no camera
-/// can see it; if the arm moves, the view hides it.
-///
-/// @param composite   Decomposition of J_c.
-/// @param arm_rank    Of J_r.
-/// @param rows_needed Rows the task needs: min(rows of the full feature set, n, m).
-/// @param low         Whether the measure that counts is below its threshold.
-/// @return kFeatures when fewer rows than needed are there or J_c is empty, whether low or not: with
-///   fewer rows s is smaller and w_c says nothing of what is not seen.
-/// Real-time safe.
-[[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite, int arm_rank,
-                                          const ArmJacobian& J_r, int rows_needed, bool low,
-                                          const DiagnosisOptions& options = {}) noexcept;
-
 /// 3×n: ∂P/∂q of a point P on the arm [m/rad or m/m].
 using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
 
@@ -207,6 +208,32 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 
 /// axes [m]. Real-time safe.
 [[nodiscard]] PointJacobian PointJacobianOf(const ArmJacobian& J_r,
                                             const Eigen::Vector3d& p_EP_W) noexcept;
+
+struct DiagnosisOptions {
+  /// The arm is the cause when the motion that is seen worst moves the points by less than this share of
+  /// what joint motions usually (root mean square) move them by; > 0.
+  double arm_share{0.02};
+};
+
+/// Finds the cause of a low w_c before a camera moves (docs/paper.md): what could any view see? All that a
+/// camera has to go by is how the joints move the points, so the arm is the cause
+/// - when the points together do not move in as many directions as J_c has singular values: w_c is 0 for
+///   every camera;
+/// - when the joint motion v_s that the features see worst hardly moves the points.
+/// Otherwise that motion does move them, and this view hides it.
+///
+/// @param composite   Decomposition of J_c.
+/// @param points      ∂P_i/∂q of the points that the features are made of and that the joints move before
+///                    the camera; of a carried camera, of points of the scene as if E carried them.
+/// @param rows_needed Rows the task needs: min(rows of the full feature set, n, m).
+/// @param low         Whether the measure that counts is below its threshold.
+/// @return kFeatures when fewer rows than needed are there, J_c is empty or there are no points, whether
+///   low or not: with fewer rows s is smaller and w_c says nothing of what is not seen.
+/// @pre the points have as many columns as J_c.
+/// Real-time safe.
+[[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite,
+                                          const std::vector<PointJacobian>& points, int rows_needed,
+                                          bool low, const DiagnosisOptions& options = {}) noexcept;
 
 /// Worst motion of any of the points that a feature error of one pixel (norm over all rows) may hide:
 /// max over points i and joint motions with |J_c δq| <= 1 of |A_i δq| [mm/px].
