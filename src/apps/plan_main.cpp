@@ -58,14 +58,30 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
   bar.End();
   const std::string stem = MakeStem(arguments.out, setup.name);
   std::vector<std::string> files{stem + "_plan.yaml"};
+  std::optional<CameraPathResult> path;
+  double path_seconds = 0.0;
+  if (setup.camera_moves) {
+    const auto path_start = std::chrono::steady_clock::now();
+    path = PlanCameraPath(model, result.best, setup.path_search, progress);
+    path_seconds = SecondsSince(path_start);
+    bar.End();
+  }
+  const bool path_found = path && path->path.broken == 0;
+  if (path_found) {
+    files.push_back(stem + "_path.csv");
+    WriteCameraPath(files.back(), setup, path->path);
+  }
   if (!result.best.feasible) {
     std::cerr << "vantage-plan: " << InfeasibleText(setup, result);
-    return kExitNotReached;
+    if (path) std::cout << PathText(model, *path, path_seconds);
+    if (path_found) std::cout << "  " << files.back() << '\n';
+    return path_found ? kExitOk : kExitNotReached;
   }
   WritePlacementResult(files[0], setup, model, result, seconds, check);
   if (!arguments.quiet) {
     std::cout << ResultText(setup, model, result, seconds);
     if (check) std::cout << GridCheckText(*check);
+    if (path) std::cout << PathText(model, *path, path_seconds);
     std::cout << std::flush;
   }
   if (!arguments.no_pictures) {

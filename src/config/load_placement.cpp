@@ -242,7 +242,7 @@ PlacementSearch LoadSearch(const Section& section) {
 
 PlacementSetup Assemble(const Section& root, const Cell& given, const std::string& name) {
   Cell cell = given;
-  PlacementSetup setup{name, "", "", cell.pixels, cell.view, {}, {}};
+  PlacementSetup setup{name, "", "", cell.pixels, cell.view, {}, {}, false, {}};
   setup.problem.limits =
       LoadLimits(root.OptionalChild("limits", "What every view must keep."), &cell);
   setup.problem.lens = cell.lens;
@@ -256,7 +256,16 @@ PlacementSetup Assemble(const Section& root, const Cell& given, const std::strin
       root.OptionalChild("robust", "How well the camera will stand where it is placed."));
   setup.problem.motion =
       LoadMotion(root.OptionalChild("motion", "The arm's motion that is to be seen."), cell);
-  setup.search = LoadSearch(root.OptionalChild("search", "How hard to search."));
+  const Section search = root.OptionalChild("search", "How hard to search.");
+  setup.search = LoadSearch(search);
+  setup.path_search.states = static_cast<int>(
+      search.Integer("path_states", 2, 20000, setup.path_search.states,
+                     "Camera coordinates of the coarse lattice of a camera path."));
+  setup.path_search.rounds = static_cast<int>(search.Integer(
+      "path_rounds", 1, 10000, setup.path_search.rounds, "Refinements of a camera path."));
+  setup.camera_moves = root.Flag(
+      "camera_moves", false,
+      "Also plans how the camera moves along with the arm within its rig's speeds (eq. 15).");
   return setup;
 }
 

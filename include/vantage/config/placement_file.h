@@ -5,6 +5,7 @@
 #include "vantage/active/view.h"
 #include "vantage/config/config_text.h"
 #include "vantage/config/schema.h"
+#include "vantage/plan/camera_path.h"
 #include "vantage/plan/placement.h"
 
 namespace vantage {
@@ -18,6 +19,8 @@ struct PlacementSetup {
   ViewModel view;
   PlacementProblem problem;
   PlacementSearch search;
+  bool camera_moves{false};  ///< Eq. 15 too: a path of the camera along with the arm.
+  CameraPathSearch path_search;
 };
 
 /// A placement problem: a YAML file, or a built-in one by its name; a scenario stands for the problem of
