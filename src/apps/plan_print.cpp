@@ -200,9 +200,11 @@ std::string InfeasibleText(const PlacementSetup& setup, const PlacementResult& r
 }
 
 std::string PathText(const PlacementModel& model, const CameraPathResult& result, double seconds) {
-  std::string text = Format(
-      "camera path (eq. 15): value %.6g, %.3g times that of the best camera that stands still",
-      result.path.value, result.path.value / result.fixed.value);
+  std::string text = Format("camera path (eq. 15): value %.6g", result.path.value);
+  if (result.fixed.broken == 0) {
+    text += Format(", %.3g times that of the best camera that stands still",
+                   result.path.value / result.fixed.value);
+  }
   text += result.path.broken > 0 ? Format("; limits are broken at %d of %d samples\n",
                                           result.path.broken, model.problem().motion.size())
                                  : "; all limits and speeds are kept\n";
