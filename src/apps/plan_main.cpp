@@ -31,7 +31,9 @@ int List() {
   for (const std::string& name : BuiltInConfigs(ConfigKind::kProblem)) {
     std::cout << name << ": " << LoadPlacement(name).description << '\n';
   }
-  std::cout << "and every scenario of vantage-run --list, by its name\n";
+  for (const std::string& name : BuiltInConfigs(ConfigKind::kScenario)) {
+    std::cout << name << ": the scenario's camera; " << LoadPlacement(name).description << '\n';
+  }
   return kExitOk;
 }
 
