@@ -191,8 +191,7 @@ Set MakeSet(int parameters, int joints) {
     const auto take = [&](const PlacedCamera& camera) {
       if (camera.feasible) truth = std::max(truth, camera.value);
     };
-    const PlacedCamera none;
-    take(CheckAgainstGrid(model, none, kDenseGrid).best);
+    take(CheckAgainstGrid(model, PlacedCamera(), kDenseGrid).best);
     // A search of ten times the effort from another seed, for what a grid of six axes is too coarse for.
     PlacementSearch large;
     large.seed = 99;

@@ -91,7 +91,8 @@ void WriteCameraPath(const std::string& path, const PlacementSetup& setup,
   for (int i = 0; i < motion.size(); ++i) {
     out << Exact(motion.time[i]);
     for (const double q : camera.q_c[i]) out << ',' << Exact(q);
-    for (const double p : RigPose(rig, camera.q_c[i]).translation()) out << ',' << Exact(p);
+    const Eigen::Vector3d p_WC = RigPose(rig, camera.q_c[i]).translation();
+    for (const double p : p_WC) out << ',' << Exact(p);
     for (const double q : motion.samples[i].q) out << ',' << Exact(q);
     out << '\n';
   }

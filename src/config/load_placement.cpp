@@ -311,9 +311,11 @@ std::vector<BaseShift> LoadSweep(const Section& root) {
   const std::vector<double> ys = LoadSteps(base, "y", false, "Along y.");
   const std::vector<double> zs = LoadSteps(base, "z", false, "Along z.");
   const std::vector<double> yaws = LoadSteps(base, "yaw", true, "Turn about z.");
-  constexpr double kMost = 1e6;
-  if (1.0 * xs.size() * ys.size() * zs.size() * yaws.size() > kMost) {
-    base.Fail("", "must have a million items at most");
+  constexpr std::size_t kMost = 1000000;
+  std::size_t items = 1;
+  for (const std::vector<double>* steps : {&xs, &ys, &zs, &yaws}) {
+    items *= steps->size();  // at most 1e5 each, and not above kMost before: no overflow
+    if (items > kMost) base.Fail("", "must have a million items at most");
   }
   for (const double x : xs) {
     for (const double y : ys) {

@@ -132,27 +132,6 @@ TEST(CameraPath, AWindowGainsAndLeavesTheRest) {
   EXPECT_GT(JudgePath(model, path.q_c).value, before.value);
 }
 
-TEST(CameraPath, ServesWhereNoCameraThatStandsStillDoes) {
-  PlacementProblem problem = Wide(0.5);
-  // A narrow lens: the work leaves the image of any camera that does not follow it.
-  for (const char* name : {"pan", "tilt"}) problem.rig.axes.push_back({name, -1.0, 1.0, 0.5, 1.0});
-  problem.q_c_start.conservativeResize(6);
-  problem.q_c_start.tail<2>().setZero();
-  problem.lens.x_min = problem.lens.y_min = -0.16;
-  problem.lens.x_max = problem.lens.y_max = 0.16;
-  problem.rig.axes[0].upper = 1.8;
-  problem.limits.occlusion = false;
-  problem.limits.max_incidence = 1.5;
-  const PlacementModel model(problem);
-  PlacementSearch search = Quick();
-  search.generations = 10;
-  const PlacementResult fixed = PlaceCamera(model, search);
-  ASSERT_FALSE(fixed.best.feasible);
-  const CameraPathResult result = PlanCameraPath(model, fixed.best, CameraPathSearch());
-  EXPECT_EQ(result.path.broken, 0);
-  EXPECT_TRUE(KeepsSpeeds(model, result.path));
-}
-
 TEST(CameraPath, IsNotOfTheWorstCase) {
   PlacementProblem problem = PumaProblem(6, 16);
   problem.objective.aggregate = PlanAggregate::kWorst;
