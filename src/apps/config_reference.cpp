@@ -7,6 +7,7 @@
 #include "map_recipe.h"
 #include "measure_setup.h"
 #include "vantage/config/config_text.h"
+#include "vantage/config/placement_file.h"
 #include "vantage/config/scenario.h"
 #include "vantage/math/error.h"
 
@@ -55,6 +56,13 @@ const std::vector<Kind>& Kinds() {
        "Two swept parameters for `vantage-map FILE`, over the keys of a measurement.",
        [](const std::string& name, SchemaRecorder* recorder) {
          static_cast<void>(FindMapRecipe(name, recorder));
+         return std::vector<std::string>();
+       }},
+      {"problem", ConfigKind::kProblem,
+       "A camera to place for an arm's motion: `vantage-plan FILE`. Built-in ones: `vantage-plan "
+       "--list`.",
+       [](const std::string& name, SchemaRecorder* recorder) {
+         static_cast<void>(LoadPlacement(name, recorder));
          return std::vector<std::string>();
        }}};
   return kinds;

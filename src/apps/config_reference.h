@@ -16,7 +16,7 @@ namespace vantage {
 [[nodiscard]] std::string ConfigReference(const std::vector<std::string>& examples);
 
 /// Reads one file as the programs would. Throws ConfigError when it is wrong.
-/// @param kind  "scenario", "robot", "measure" or "recipe".
+/// @param kind  "scenario", "robot", "measure", "recipe" or "problem".
 /// @return what there is to say of it: one line each.
 [[nodiscard]] std::vector<std::string> CheckConfig(const std::string& kind,
                                                    const std::string& name_or_path);

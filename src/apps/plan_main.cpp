@@ -8,6 +8,7 @@
 #include "plan_pictures.h"
 #include "plan_print.h"
 #include "plan_result.h"
+#include "plan_sweep.h"
 #include "vantage/config/config_text.h"
 #include "vantage/math/error.h"
 
@@ -19,6 +20,8 @@ struct Arguments {
   std::string out = "plans";
   std::int64_t grid_check = 0;
   std::optional<std::uint64_t> seed;
+  std::string shard = "1/1";
+  std::vector<std::string> merge;
   bool no_pictures = false;
   bool list = false;
   bool quiet = false;
@@ -28,7 +31,9 @@ int List() {
   for (const std::string& name : BuiltInConfigs(ConfigKind::kProblem)) {
     std::cout << name << ": " << LoadPlacement(name).description << '\n';
   }
-  std::cout << "and every scenario of vantage-run --list, by its name\n";
+  for (const std::string& name : BuiltInConfigs(ConfigKind::kScenario)) {
+    std::cout << name << ": the scenario's camera; " << LoadPlacement(name).description << '\n';
+  }
   return kExitOk;
 }
 
@@ -58,14 +63,30 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
   bar.End();
   const std::string stem = MakeStem(arguments.out, setup.name);
   std::vector<std::string> files{stem + "_plan.yaml"};
+  std::optional<CameraPathResult> path;
+  double path_seconds = 0.0;
+  if (setup.camera_moves) {
+    const auto path_start = std::chrono::steady_clock::now();
+    path = PlanCameraPath(model, result.best, setup.path_search, progress);
+    path_seconds = SecondsSince(path_start);
+    bar.End();
+  }
+  const bool path_found = path && path->path.broken == 0;
+  if (path_found) {
+    files.push_back(stem + "_path.csv");
+    WriteCameraPath(files.back(), setup, path->path);
+  }
   if (!result.best.feasible) {
     std::cerr << "vantage-plan: " << InfeasibleText(setup, result);
-    return kExitNotReached;
+    if (path) std::cout << PathText(model, *path, path_seconds);
+    if (path_found) std::cout << "  " << files.back() << '\n';
+    return path_found ? kExitOk : kExitNotReached;
   }
   WritePlacementResult(files[0], setup, model, result, seconds, check);
   if (!arguments.quiet) {
     std::cout << ResultText(setup, model, result, seconds);
     if (check) std::cout << GridCheckText(*check);
+    if (path) std::cout << PathText(model, *path, path_seconds);
     std::cout << std::flush;
   }
   if (!arguments.no_pictures) {
@@ -84,15 +105,40 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
   return kExitOk;
 }
 
+int Sweep(const Arguments& arguments, const PlacementSetup& setup) {
+  const Shard shard = ParseShard(arguments.shard);
+  std::string path = MakeStem(arguments.out, setup.name) + "_sweep";
+  if (shard.count > 1) {
+    path += "_" + std::to_string(shard.index) + "_of_" + std::to_string(shard.count);
+  }
+  path += ".csv";
+  PlanProgressBar bar(arguments.quiet);
+  RunSweep(setup, shard, path,
+           [&](const std::string& stage, double share, const std::optional<double>& best) {
+             bar(stage, share, best);
+           });
+  bar.End();
+  if (!arguments.quiet) std::cout << BestOfSweep(path, 5) << "  " << path << '\n';
+  return kExitOk;
+}
+
+int Merge(const Arguments& arguments) {
+  const std::string path = MakeStem(arguments.out, "sweep") + ".csv";
+  MergeSweeps(arguments.merge, path);
+  if (!arguments.quiet) std::cout << BestOfSweep(path, 5) << "  " << path << '\n';
+  return kExitOk;
+}
+
 int Run(const Arguments& arguments) {
   if (arguments.list) return List();
+  if (!arguments.merge.empty()) return Merge(arguments);
   if (arguments.problem.empty()) {
     throw ConfigError("", "", "name a problem or a scenario (see --list and --help)");
   }
   PlacementSetup setup = LoadPlacement(arguments.problem);
   if (arguments.seed) setup.search.seed = *arguments.seed;
   if (!arguments.quiet) std::cout << setup.name << ": " << setup.description << '\n' << std::flush;
-  return PlaceFixed(arguments, setup);
+  return setup.bases.empty() ? PlaceFixed(arguments, setup) : Sweep(arguments, setup);
 }
 
 }  // namespace
@@ -117,6 +163,12 @@ int main(int argc, char** argv) {
       ->default_str("200000")
       ->check(CLI::Range(std::int64_t{1000}, std::int64_t{100000000000}));
   app.add_option("--seed", arguments.seed, "Of the search, instead of the problem's");
+  app.add_option("--shard", arguments.shard,
+                 "Of a sweep: works on part i of N; the parts are independent")
+      ->type_name("i/N")
+      ->capture_default_str();
+  app.add_option("--merge", arguments.merge, "Joins the tables of a sweep's shards into sweep.csv")
+      ->type_name("FILES");
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
   app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");

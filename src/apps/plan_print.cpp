@@ -199,6 +199,19 @@ std::string InfeasibleText(const PlacementSetup& setup, const PlacementResult& r
   return text;
 }
 
+std::string PathText(const PlacementModel& model, const CameraPathResult& result, double seconds) {
+  std::string text = Format("camera path (eq. 15): value %.6g", result.path.value);
+  if (result.fixed.broken == 0) {
+    text += Format(", %.3g times that of the best camera that stands still",
+                   result.path.value / result.fixed.value);
+  }
+  text += result.path.broken > 0 ? Format("; limits are broken at %d of %d samples\n",
+                                          result.path.broken, model.problem().motion.size())
+                                 : "; all limits and speeds are kept\n";
+  return text + Format("  %.3g million Jacobians, %.3g ms\n",
+                       1e-6 * static_cast<double>(result.evaluations), 1e3 * seconds);
+}
+
 std::string GridCheckText(const GridCheck& check) {
   if (!check.best.feasible) {
     return Format("grid check: none of %lld cameras keeps all limits\n",

@@ -35,6 +35,8 @@ class PlanProgressBar {
 /// Which limits make the problem infeasible, and by how much.
 [[nodiscard]] std::string InfeasibleText(const PlacementSetup& setup,
                                          const PlacementResult& result);
+[[nodiscard]] std::string PathText(const PlacementModel& model, const CameraPathResult& result,
+                                   double seconds);
 [[nodiscard]] std::string GridCheckText(const GridCheck& check);
 
 }  // namespace vantage

@@ -76,4 +76,28 @@ void WritePlacementResult(const std::string& path, const PlacementSetup& setup,
   if (!out) throw Error(path + ": cannot be written");
 }
 
+void WriteCameraPath(const std::string& path, const PlacementSetup& setup,
+                     const CameraPath& camera) {
+  std::ofstream out(path);
+  const CameraRig& rig = setup.problem.rig;
+  out << "time";
+  for (int i = 0; i < rig.size(); ++i) {
+    out << ',' << rig.axes[i].name << (AxisTurns(rig, i) ? " [rad]" : " [m]");
+  }
+  out << ",x [m],y [m],z [m]";
+  for (const std::string& joint : setup.view.arm.joint_names()) out << ',' << joint;
+  out << '\n';
+  const ArmMotion& motion = setup.problem.motion;
+  for (int i = 0; i < motion.size(); ++i) {
+    out << Exact(motion.time[i]);
+    for (const double q : camera.q_c[i]) out << ',' << Exact(q);
+    const Eigen::Vector3d p_WC = RigPose(rig, camera.q_c[i]).translation();
+    for (const double p : p_WC) out << ',' << Exact(p);
+    for (const double q : motion.samples[i].q) out << ',' << Exact(q);
+    out << '\n';
+  }
+  out.close();
+  if (!out) throw Error(path + ": cannot be written");
+}
+
 }  // namespace vantage

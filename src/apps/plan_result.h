@@ -13,4 +13,8 @@ void WritePlacementResult(const std::string& path, const PlacementSetup& setup,
                           const PlacementModel& model, const PlacementResult& result,
                           double seconds, const std::optional<GridCheck>& check);
 
+/// A camera path as CSV: time, rig coordinates (rad, m), camera position, and the joints of the arm.
+void WriteCameraPath(const std::string& path, const PlacementSetup& setup,
+                     const CameraPath& camera);
+
 }  // namespace vantage

@@ -242,7 +242,7 @@ PlacementSearch LoadSearch(const Section& section) {
 
 PlacementSetup Assemble(const Section& root, const Cell& given, const std::string& name) {
   Cell cell = given;
-  PlacementSetup setup{name, "", "", cell.pixels, cell.view, {}, {}};
+  PlacementSetup setup{name, "", "", cell.pixels, cell.view, {}, {}, false, {}, {}, 0};
   setup.problem.limits =
       LoadLimits(root.OptionalChild("limits", "What every view must keep."), &cell);
   setup.problem.lens = cell.lens;
@@ -256,7 +256,16 @@ PlacementSetup Assemble(const Section& root, const Cell& given, const std::strin
       root.OptionalChild("robust", "How well the camera will stand where it is placed."));
   setup.problem.motion =
       LoadMotion(root.OptionalChild("motion", "The arm's motion that is to be seen."), cell);
-  setup.search = LoadSearch(root.OptionalChild("search", "How hard to search."));
+  const Section search = root.OptionalChild("search", "How hard to search.");
+  setup.search = LoadSearch(search);
+  setup.path_search.states = static_cast<int>(
+      search.Integer("path_states", 2, 20000, setup.path_search.states,
+                     "Camera coordinates of the coarse lattice of a camera path."));
+  setup.path_search.rounds = static_cast<int>(search.Integer(
+      "path_rounds", 1, 10000, setup.path_search.rounds, "Refinements of a camera path."));
+  setup.camera_moves = root.Flag(
+      "camera_moves", false,
+      "Also plans how the camera moves along with the arm within its rig's speeds (eq. 15).");
   return setup;
 }
 
@@ -266,6 +275,65 @@ PlacementSetup OfScenario(const Scenario& scenario) {
   setup.scenario = scenario.name;
   setup.description = scenario.description;
   return setup;
+}
+
+std::vector<double> LoadSteps(const Section& base, const std::string& key, bool turns,
+                              const std::string& help) {
+  if (base.FormOf(key) == Section::Form::kAbsent) return {0.0};
+  const Section section = base.Child(key, help);
+  const auto read = [&](const std::string& name) {
+    return turns
+               ? section.Degrees(name + "_deg", {-360.0, 360.0, "deg"}, kRequired,
+                                 "End of the range.")
+               : section.Number(name, {-kFarthest, kFarthest, "m"}, kRequired, "End of the range.");
+  };
+  const double from = read("from"), to = read("to");
+  const auto count = static_cast<int>(
+      section.Integer("samples", 1, 100000, kRequired, "Values in the range, both ends included."));
+  std::vector<double> steps;
+  for (int i = 0; i < count; ++i) {
+    steps.push_back(count == 1 ? from : from + (to - from) * i / (count - 1));
+  }
+  return steps;
+}
+
+// Every combination, yaw fastest.
+std::vector<BaseShift> LoadSweep(const Section& root) {
+  std::vector<BaseShift> bases;
+  if (root.FormOf("sweep") == Section::Form::kAbsent) return bases;
+  const Section base =
+      root.Child("sweep", "Places of the arm, each with a camera of its own to be found.")
+          .Child("base", "Shift of the arm's base in the world.");
+  if (root.OptionalChild("motion", "").FormOf("poses") != Section::Form::kAbsent) {
+    base.Fail("", "needs a motion by joints: poses in the world do not move with the base");
+  }
+  const std::vector<double> xs = LoadSteps(base, "x", false, "Along x.");
+  const std::vector<double> ys = LoadSteps(base, "y", false, "Along y.");
+  const std::vector<double> zs = LoadSteps(base, "z", false, "Along z.");
+  const std::vector<double> yaws = LoadSteps(base, "yaw", true, "Turn about z.");
+  constexpr std::size_t kMost = 1000000;
+  std::size_t items = 1;
+  for (const std::vector<double>* steps : {&xs, &ys, &zs, &yaws}) {
+    items *= steps->size();  // at most 1e5 each, and not above kMost before: no overflow
+    if (items > kMost) base.Fail("", "must have a million items at most");
+  }
+  for (const double x : xs) {
+    for (const double y : ys) {
+      for (const double z : zs) {
+        for (const double yaw : yaws) bases.push_back({{x, y, z}, yaw});
+      }
+    }
+  }
+  return bases;
+}
+
+// FNV-1a.
+std::uint64_t FingerprintOf(const std::string& text) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : text) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  }
+  return hash;
 }
 
 bool IsBuiltIn(ConfigKind kind, const std::string& name) {
@@ -302,10 +370,24 @@ PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,
                                                        scenario)),
                      name)
           : Assemble(root, OwnCell(root), name);
+  setup.bases = LoadSweep(root);
+  setup.fingerprint = FingerprintOf(text.text);
   root.RejectUnknownKeys();
   setup.description = description;
   setup.scenario = scenario;
   return setup;
+}
+
+PlacementProblem ProblemAt(const PlacementSetup& setup, int item) {
+  const BaseShift& base = setup.bases[item];
+  Eigen::Isometry3d X_W = Eigen::Isometry3d::Identity();
+  X_W.translation() = base.shift;
+  X_W.linear() = Eigen::AngleAxisd(base.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  ViewModel view = setup.view;
+  view.arm = view.arm.WithBase(X_W * view.arm.X_WBase());
+  PlacementProblem problem = setup.problem;
+  for (ArmSample& sample : problem.motion.samples) sample = SampleArm(view, sample.q);
+  return problem;
 }
 
 }  // namespace vantage

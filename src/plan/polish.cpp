@@ -17,8 +17,9 @@ using Eigen::Vector3d;
 using RowVector = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMaxRigAxes>;
 using SearchJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxRigAxes>;
 
-constexpr double kNear = 0.2;    // limits within this share of the unit are looked at
-constexpr double kTrust = 0.08;  // one round moves at most this share of an axis' range
+constexpr double kNear = 0.2;        // limits within this share of the unit are looked at
+constexpr double kNearSight = 0.06;  // the same of sights, which cost more to look at
+constexpr double kTrust = 0.08;      // one round moves at most this share of an axis' range
 constexpr int kRounds = 10;
 constexpr double kStep = 1e-6;       // of differences along an axis, as a share of its range
 constexpr double kPlaceStep = 1e-6;  // of differences by the camera's place, per unit
@@ -92,7 +93,7 @@ class Program {
   /// Adds the limits, and for a worst case the samples, that are near at u.
   void Choose(const SearchVector& u, const PlanMargins& margins) {
     ChooseHalfSpaces(u);
-    const double near = kNear * model_.unit();
+    const double near = kNearSight * model_.unit();
     if (margins[3] < near || margins[4] < near) ChooseSights(u);
     ChooseKeepOut(u);
     if (worst_sample_) ChooseSamples(u);
@@ -184,10 +185,11 @@ class Program {
   void ChooseSights(const SearchVector& u) {
     const Isometry3d X_WC = RigPose(space_.rig(), space_.ToRigFreely(u));
     LoadPlaces({X_WC});
-    const double near = kNear * model_.unit();
+    const double near = kNearSight * model_.unit();
     std::vector<Element> hidden, facing;
     for (int i = 0; i < model_.problem().motion.size(); ++i) {
-      const auto [least_hidden, least_facing] = SightMargins(i, 0);
+      const Sights& sights = SightsAt(i);
+      const double least_hidden = sights.hidden[0], least_facing = sights.facing[0];
       if (least_hidden < near) {
         hidden.push_back({Element::Kind::kHidden, 0, i, 0, 0, least_hidden});
       }
@@ -246,7 +248,7 @@ class Program {
     return scores.sum;
   }
 
-  // Camera centres whose sights SightMargins() is asked about, all offsets of each.
+  // Camera poses that SightsAt() is asked about, all offsets of each.
   void LoadPlaces(const std::vector<Isometry3d>& poses) {
     const std::vector<Isometry3d>& offsets = model_.offsets();
     places_.Resize(static_cast<int>(poses.size() * offsets.size()));
@@ -254,14 +256,30 @@ class Program {
     for (const Isometry3d& pose : poses) {
       for (const Isometry3d& offset : offsets) places_.Set(entry++, pose * offset);
     }
+    for (Sights& sights : sights_) sights.known = false;
   }
 
-  std::pair<double, double> SightMargins(int sample, int pose) {
-    const auto P = static_cast<int>(model_.offsets().size());
-    evaluator_.CheckObstacles(*model_.sample_views()[sample].obstacles, places_, pose * P, P,
+  // Margins of one sample from each loaded pose, worst over its offsets.
+  struct Sights {
+    bool known{false};
+    std::array<double, 7> hidden{}, facing{};
+  };
+  const Sights& SightsAt(int sample) {
+    sights_.resize(model_.problem().motion.size());
+    Sights& sights = sights_[sample];
+    if (sights.known) return sights;
+    sights.known = true;
+    evaluator_.CheckObstacles(*model_.sample_views()[sample].obstacles, places_, 0, places_.size(),
                               BatchPrecision::kDouble, &margins_);
-    return {*std::min_element(margins_.occlusion.begin(), margins_.occlusion.end()),
-            *std::min_element(margins_.facing.begin(), margins_.facing.end())};
+    const auto P = static_cast<int>(model_.offsets().size());
+    for (int i = 0; i * P < places_.size(); ++i) {
+      const auto least = [&](const std::vector<double>& all) {
+        return *std::min_element(all.begin() + i * P, all.begin() + (i + 1) * P);
+      };
+      sights.hidden[i] = least(margins_.occlusion);
+      sights.facing[i] = least(margins_.facing);
+    }
+    return sights;
   }
 
   static double Objective(unsigned n, const double* x, double* gradient, void* data) {
@@ -355,12 +373,9 @@ class Program {
       }
       case Element::Kind::kHidden:
       case Element::Kind::kFacing: {
-        std::array<double, 7> at{};
-        for (int i = 0; i < 7; ++i) {
-          const auto [hidden, facing] = SightMargins(element.sample, i);
-          at[i] = element.kind == Element::Kind::kHidden ? hidden : facing;
-        }
-        return FromPlaces(at, slope);
+        const Sights& sights = SightsAt(element.sample);
+        return FromPlaces(element.kind == Element::Kind::kHidden ? sights.hidden : sights.facing,
+                          slope);
       }
       case Element::Kind::kKeepOut: {
         const PlanLimits& limits = model_.problem().limits;
@@ -395,6 +410,7 @@ class Program {
   SearchJacobian by_u_;
   BatchCameras places_, differences_;
   BatchMargins margins_;
+  std::vector<Sights> sights_;
   std::vector<double> scores_;
 };
 

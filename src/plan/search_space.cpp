@@ -25,7 +25,8 @@ SearchSpace::SearchSpace(const CameraRig& rig, const RigVector& q_c_start)
     round_.push_back(AxisTurns(rig, i) && range_.back() >= 2.0 * M_PI - 1e-9);
   }
   // Whether a camera can step back does not depend on how fast its axes are.
-  for (RigAxis& axis : rig_.axes)
+  unlocked_ = rig_;
+  for (RigAxis& axis : unlocked_.axes)
     axis.max_speed = std::max(axis.max_speed, HasRoom(axis) ? 1.0 : 0);
   const bool all_free = size() == rig.size();
   if (rig.kind == RigKind::kSpherical && rig.orientation == RigOrientation::kLookAt) {
@@ -108,7 +109,7 @@ RigVector SearchSpace::StepBack(const RigVector& q_c, double back) const noexcep
     return moved;
   }
   X_WC.translation() += shift_W;
-  return NearestRigCoordinates(rig_, X_WC, q_c);
+  return NearestRigCoordinates(unlocked_, X_WC, q_c);
 }
 
 }  // namespace vantage::plan

@@ -50,6 +50,7 @@ class SearchSpace {
   enum class Step { kNone, kRadius, kPose };
 
   CameraRig rig_;
+  CameraRig unlocked_;  // the same, no axis without speed
   RigVector q_c_fixed_;
   std::vector<int> axes_;
   std::vector<double> range_;

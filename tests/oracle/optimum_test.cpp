@@ -3,6 +3,7 @@
 #include <map>
 
 #include "paper_cells.h"
+#include "vantage/plan/camera_path.h"
 #include "vantage/plan/placement.h"
 
 namespace vantage::test {
@@ -186,6 +187,48 @@ void PumaInTheImage(const Json& problem, bool all_four) {
   EXPECT_EQ(none.warning.kind, WorstCaseWarning::Kind::kArmSingular);
 }
 
+// Eq. 15 over the file's lattice: what dynamic programming finds is the optimum itself.
+void CameraTrajectory(const Json& problem) {
+  constexpr int kStates = 72;
+  const OracleCase cell = PointCell(PlanarArm(10, 10), RigOrientation::kLookAt, 1.0);
+  PlacementProblem p = ProblemOf(cell, MotionAlong(cell, PlanarJoints(2 * kPi, 73), 2 * kPi / 72),
+                                 RigOrientation::kLookAt, {30, 30}, {0.8, 0.8});
+  p.objective = ViewInPlane(PlanAggregate::kIntegral);
+  const PlacementModel model(std::move(p));
+  const ArmMotion& motion = model.problem().motion;
+  Eigen::MatrixXd value(motion.size(), kStates);
+  BatchCameras cameras;
+  cameras.Resize(kStates);
+  for (int s = 0; s < kStates; ++s) {
+    RigVector q_c(4);
+    q_c << 30.0, 0.8, (-180.0 + 5.0 * s) * kPi / 180.0, 0.0;
+    cameras.Set(s, RigPose(model.problem().rig, q_c));
+  }
+  BatchScores scores;
+  for (int i = 0; i < motion.size(); ++i) {
+    BatchEvaluator().Score(model.sample_views()[i].scene, cameras, 0, kStates, model.problem().lens,
+                           BatchMeasure::kW, BatchPrecision::kDouble, false, &scores);
+    for (int s = 0; s < kStates; ++s) value(i, s) = motion.weight[i] * scores.sum[s];
+  }
+  for (const auto& [limit, run] : problem.at("rate_limited").items()) {
+    SCOPED_TRACE("limit " + limit);
+    std::vector<std::vector<int>> predecessor(kStates);
+    for (int s = 0; s < kStates; ++s) {
+      for (int by = -std::stoi(limit); by <= std::stoi(limit); ++by) {
+        predecessor[s].push_back((s + by + kStates) % kStates);
+      }
+    }
+    double sum = 0.0;
+    const std::vector<int> sequence = BestSequence(value, predecessor);
+    ASSERT_EQ(static_cast<int>(sequence.size()), motion.size());
+    for (int i = 0; i < motion.size(); ++i) sum += value(i, sequence[i]);
+    EXPECT_TRUE(RelativelyNear(-sum, run.at("value"), 1e-9));
+  }
+  // The best camera that stands still: phi is the one free axis.
+  const PlacementResult fixed = PlaceCamera(model);
+  EXPECT_LE(-fixed.best.value, problem.at("fixed").at("value").get<double>() * (1 - 1e-9));
+}
+
 const std::map<std::string, std::function<void(const Json&)>>& Solvers() {
   static const std::map<std::string, std::function<void(const Json&)>> solvers{
       {"O1_planar_fixed_orientation", PlanarFixedOrientation},
@@ -193,7 +236,8 @@ const std::map<std::string, std::function<void(const Json&)>>& Solvers() {
       {"O3_planar_lookat", [](const Json& problem) { PlanarLookAt(problem, false); }},
       {"O3b_planar_lookat_fov", [](const Json& problem) { PlanarLookAt(problem, true); }},
       {"O4a_puma_simple_3feat", [](const Json& problem) { PumaInTheImage(problem, false); }},
-      {"O4b_puma_simple_4feat", [](const Json& problem) { PumaInTheImage(problem, true); }}};
+      {"O4b_puma_simple_4feat", [](const Json& problem) { PumaInTheImage(problem, true); }},
+      {"O6_camera_trajectory_dp", CameraTrajectory}};
   return solvers;
 }
 

@@ -21,7 +21,12 @@ TEST(PlacementFile, BuiltInProblemsHaveASolution) {
     SCOPED_TRACE(name);
     const PlacementSetup setup = LoadPlacement(name);
     EXPECT_FALSE(setup.description.empty());
-    EXPECT_TRUE(PlaceCamera(PlacementModel(setup.problem), setup.search).best.feasible);
+    const PlacementModel model(setup.problem);
+    const PlacedCamera best = PlaceCamera(model, setup.search).best;
+    EXPECT_TRUE(best.feasible);
+    if (setup.camera_moves) {
+      EXPECT_EQ(PlanCameraPath(model, best, setup.path_search).path.broken, 0);
+    }
   }
 }
 

@@ -1,13 +1,22 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "vantage/active/view.h"
 #include "vantage/config/config_text.h"
 #include "vantage/config/schema.h"
+#include "vantage/plan/camera_path.h"
 #include "vantage/plan/placement.h"
 
 namespace vantage {
+
+/// Where the arm's base stands in one item of a sweep, from where the robot's file puts it.
+struct BaseShift {
+  Eigen::Vector3d shift{Eigen::Vector3d::Zero()};  ///< In the world [m].
+  double yaw{0.0};                                 ///< Turn about the world's z axis [rad].
+};
 
 /// What vantage-plan works on.
 struct PlacementSetup {
@@ -18,7 +27,16 @@ struct PlacementSetup {
   ViewModel view;
   PlacementProblem problem;
   PlacementSearch search;
+  bool camera_moves{false};  ///< Eq. 15 too: a path of the camera along with the arm.
+  CameraPathSearch path_search;
+  std::vector<BaseShift> bases;  ///< Items of a sweep, in order; empty: none.
+  std::uint64_t fingerprint{
+      0};  ///< Of the file's text: tables of one problem know each other by it.
 };
+
+/// The problem of item `item` of the sweep: the same joints from another base.
+/// @pre 0 <= item < setup.bases.size().
+[[nodiscard]] PlacementProblem ProblemAt(const PlacementSetup& setup, int item);
 
 /// A placement problem: a YAML file, or a built-in one by its name; a scenario stands for the problem of
 /// placing its camera for its motion. Throws ConfigError with file, line, key and bound.

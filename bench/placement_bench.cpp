@@ -1,0 +1,279 @@
+// How often and how fast optimisers find the best camera: 20 seeded instances, with three or six free camera
+// parameters and with k = 3 or 8 feature rows, against the best that anything found, a dense grid among
+// them. Each benchmark solves all instances of one kind once; its counters are the result.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+#include <nlopt.hpp>
+
+#include "vantage/plan/placement.h"
+
+namespace {
+
+using Eigen::Vector3d;
+using namespace vantage;  // NOLINT: a program of its own
+
+constexpr int kInstances = 20;
+constexpr int kSamples = 128;
+constexpr double kReached = 1e-3;   // within 0.1 % of the best known
+constexpr int kPeerBudget = 10000;  // cameras that a peer may judge
+constexpr int kDenseGrid = 100000;  // cameras of the grid check
+
+double CpuSeconds() {
+  std::timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+ArmModel Puma(int joints) {
+  const double right = M_PI / 2.0;
+  std::vector<DhRow> rows{{JointKind::kRevolute, 0, 0.67183, 0, right, 0},
+                          {JointKind::kRevolute, 0, 0, 0.4318, 0, 0},
+                          {JointKind::kRevolute, 0, 0.15005, 0.0203, -right, 0},
+                          {JointKind::kRevolute, 0, 0.4318, 0, right, 0},
+                          {JointKind::kRevolute, 0, 0, 0, -right, 0},
+                          {JointKind::kRevolute, 0, 0, 0, 0, 0}};
+  rows.resize(joints);
+  Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();
+  if (joints == 3) tool.translation().z() = 0.4318;
+  return ArmModel("puma", DhConvention::kStandard, rows,
+                  std::vector<JointLimits>(joints, {-3.0, 3.0, 1.0, 10.0}),
+                  Eigen::Isometry3d::Identity(), tool,
+                  {{0, {0, 0, 0}, {0, -0.4, 0}, 0.1},
+                   {1, {-0.4318, 0, 0.1}, {0, 0, 0.1}, 0.08},
+                   {2, {0, 0, 0}, {0, 0, 0.35}, 0.06}});
+}
+
+Marker MarkerAt(int id, const Vector3d& p) {
+  Marker marker;
+  marker.id = id;
+  marker.p = p;
+  return marker;
+}
+
+PlacementProblem Instance(int seed, int parameters, int joints) {
+  std::mt19937_64 random(1000 * seed + joints);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const auto between = [&](double a, double b) { return a + (b - a) * uniform(random); };
+  std::vector<Marker> markers{MarkerAt(0, {0.05, 0.05, 0.1}), MarkerAt(1, {-0.05, 0.05, 0.1})};
+  if (joints == 6) {
+    markers.push_back(MarkerAt(2, {-0.05, -0.05, 0.1}));
+    markers.push_back(MarkerAt(3, {0.05, -0.05, 0.1}));
+  }
+  const ViewModel view{Puma(joints), CameraModel(),
+                       FeatureSet::AllPoints(static_cast<int>(markers.size())), markers};
+  JointVector from(joints), to(joints);
+  for (int j = 0; j < joints; ++j) {
+    from(j) = between(-1.0, 1.0);
+    to(j) = from(j) + between(0.3, 1.2) * (uniform(random) < 0.5 ? -1.0 : 1.0);
+  }
+  PlacementProblem problem;
+  problem.motion = MoveThroughJoints(view, {from, to}, 4.0, kSamples);
+  problem.rig.kind = RigKind::kSpherical;
+  problem.rig.target_W = {between(-0.1, 0.3), between(-0.1, 0.3), between(0.6, 1.0)};
+  problem.rig.axes = {
+      {"R", 0.5, 5.0, 1.0, 1.0}, {"theta", 0.05, 1.5, 1.0, 1.0}, {"phi", -M_PI, M_PI, 1.0, 1.0}};
+  if (parameters == 6) {
+    problem.rig.axes.push_back({"roll", -M_PI, M_PI, 1.0, 1.0});
+    problem.rig.axes.push_back({"pan", -0.4, 0.4, 1.0, 1.0});
+    problem.rig.axes.push_back({"tilt", -0.4, 0.4, 1.0, 1.0});
+    problem.q_c_start = RigVector::Zero(6);
+  } else {
+    const double roll = between(-1.5, 1.5);
+    problem.rig.axes.push_back({"roll", roll, roll, 0.0, 0.0});
+    problem.q_c_start = RigVector::Zero(4);
+    problem.q_c_start(3) = roll;
+  }
+  problem.q_c_start.head<3>() << 2.0, 0.8, 0.0;
+  problem.lens = BatchLens::FromCamera(view.camera, 20.0);
+  if (joints == 3) problem.rows = {{0, 0}, {0, 1}, {1, 0}};
+  problem.limits.depth = {0.3, 8.0};
+  return problem;
+}
+
+struct Solved {
+  double value{-INFINITY};
+  double seconds{0.0};
+};
+
+struct Set {
+  std::vector<PlacementModel> models;
+  std::vector<double> truth;  // -inf: infeasible
+};
+
+// What the other optimisers see: shares of the axes' ranges, one camera at a time.
+struct Peer {
+  const PlacementModel& model;
+  CameraScorer scorer;
+  std::vector<int> axes;
+  std::vector<PlanMargins> margins;
+  std::vector<double> scores;
+  double best{-INFINITY};
+
+  explicit Peer(const PlacementModel& m) : model(m), scorer(m) {
+    const CameraRig& rig = m.problem().rig;
+    for (int i = 0; i < rig.size(); ++i) {
+      if (rig.axes[i].upper > rig.axes[i].lower) axes.push_back(i);
+    }
+  }
+  // Merit where all limits are kept, and how much is broken.
+  std::pair<double, double> At(const std::vector<double>& x) {
+    RigVector q_c = model.problem().q_c_start;
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      const RigAxis& axis = model.problem().rig.axes[axes[i]];
+      q_c(axes[i]) = axis.lower + x[i] * (axis.upper - axis.lower);
+    }
+    scorer.Load({RigPose(model.problem().rig, q_c)});
+    scorer.Frustum(BatchPrecision::kDouble, &margins);
+    if (model.Keeps(margins[0])) scorer.Obstacles(&margins);
+    scorer.Scores(BatchPrecision::kDouble, &scores);
+    if (!model.Keeps(margins[0])) return {0.0, 1e-3 + model.Violation(margins[0])};
+    best = std::max(best, model.Value(scores[0]));
+    return {model.Merit(scores[0]), 0.0};
+  }
+  static double Penalised(const std::vector<double>& x, std::vector<double>&, void* data) {
+    const auto [merit, violation] = static_cast<Peer*>(data)->At(x);
+    return violation > 0.0 ? 1e3 * violation : -merit;
+  }
+};
+
+Solved SolveOurs(const PlacementModel& model) {
+  const double start = CpuSeconds();
+  const PlacementResult result = PlaceCamera(model);
+  return {result.best.feasible ? result.best.value : -INFINITY, CpuSeconds() - start};
+}
+
+Solved SolvePeer(const PlacementModel& model, nlopt::algorithm algorithm, bool starts) {
+  const double begin = CpuSeconds();
+  Peer peer(model);
+  const auto n = static_cast<unsigned>(peer.axes.size());
+  nlopt::srand(7);
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const int runs = starts ? 20 : 1;
+  for (int r = 0; r < runs; ++r) {
+    nlopt::opt opt(algorithm, n);
+    opt.set_lower_bounds(0.0);
+    opt.set_upper_bounds(1.0);
+    opt.set_min_objective(&Peer::Penalised, &peer);
+    opt.set_maxeval(kPeerBudget / runs);
+    opt.set_xtol_rel(1e-8);
+    std::vector<double> x(n, 0.5);
+    if (starts) {
+      for (double& xi : x) xi = uniform(random);
+      opt.set_initial_step(0.1);
+    }
+    double value = 0.0;
+    try {
+      opt.optimize(x, value);
+    } catch (const std::runtime_error&) {
+      // What it had judged until then counts.
+    }
+  }
+  return {peer.best, CpuSeconds() - begin};
+}
+
+Set MakeSet(int parameters, int joints) {
+  Set set;
+  for (int seed = 1; seed <= kInstances; ++seed) {
+    set.models.emplace_back(Instance(seed, parameters, joints));
+    const PlacementModel& model = set.models.back();
+    double truth = -INFINITY;
+    const auto take = [&](const PlacedCamera& camera) {
+      if (camera.feasible) truth = std::max(truth, camera.value);
+    };
+    take(CheckAgainstGrid(model, PlacedCamera(), kDenseGrid).best);
+    // A search of ten times the effort from another seed, for what a grid of six axes is too coarse for.
+    PlacementSearch large;
+    large.seed = 99;
+    large.grid = 40960;
+    large.starts = 96;
+    large.members = 48;
+    large.generations = 80;
+    large.polished = 24;
+    take(PlaceCamera(model, large).best);
+    set.truth.push_back(truth);
+  }
+  return set;
+}
+
+Set& SetOf(int parameters, int joints) {
+  static std::map<std::pair<int, int>, Set> sets;
+  const auto key = std::make_pair(parameters, joints);
+  auto found = sets.find(key);
+  if (found == sets.end()) found = sets.emplace(key, MakeSet(parameters, joints)).first;
+  return found->second;
+}
+
+void Run(benchmark::State& state, int parameters, int joints,
+         const std::function<Solved(const PlacementModel&)>& solve) {
+  Set& set = SetOf(parameters, joints);
+  for (auto _ : state) {
+    int feasible = 0, reached = 0;
+    std::vector<double> seconds;
+    for (int i = 0; i < kInstances; ++i) {
+      const Solved solved = solve(set.models[i]);
+      seconds.push_back(solved.seconds);
+      // Whoever finds more than the grid did raises what is known.
+      if (solved.value > set.truth[i] * (1.0 + kReached)) {
+        state.SkipWithError("the truth was not the best");
+        return;
+      }
+      if (!std::isfinite(set.truth[i])) continue;
+      ++feasible;
+      reached += solved.value >= set.truth[i] * (1.0 - kReached) ? 1 : 0;
+    }
+    std::nth_element(seconds.begin(), seconds.begin() + kInstances / 2, seconds.end());
+    state.counters["feasible"] = feasible;
+    state.counters["reached"] = reached;
+    state.counters["share"] = static_cast<double>(reached) / feasible;
+    state.counters["median_ms"] = 1e3 * seconds[kInstances / 2];
+  }
+}
+
+void Register() {
+  struct Method {
+    const char* name;
+    std::function<Solved(const PlacementModel&)> solve;
+  };
+  const auto peer = [](nlopt::algorithm algorithm, bool starts = false) {
+    return [=](const PlacementModel& m) { return SolvePeer(m, algorithm, starts); };
+  };
+  const std::vector<Method> methods{{"ours", SolveOurs},
+                                    {"direct", peer(nlopt::GN_DIRECT)},
+                                    {"crs2", peer(nlopt::GN_CRS2_LM)},
+                                    {"isres", peer(nlopt::GN_ISRES)},
+                                    {"multistart", peer(nlopt::LN_SBPLX, true)}};
+  for (const int parameters : {3, 6}) {
+    for (const int joints : {3, 6}) {
+      for (const Method& method : methods) {
+        const std::string name = std::string(method.name) + "/" + std::to_string(parameters) +
+                                 (joints == 3 ? "par/k3" : "par/k8");
+        const auto solve = method.solve;
+        benchmark::RegisterBenchmark(
+            name.c_str(), [=](benchmark::State& state) { Run(state, parameters, joints, solve); })
+            ->Iterations(1)
+            ->Unit(benchmark::kMillisecond);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Register();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

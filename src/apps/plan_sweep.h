@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "vantage/config/placement_file.h"
+
+/// @file
+/// Many placements of one file, in shards that any number of machines may work on: each item is worked out
+/// by itself, so the merged table does not depend on how it was cut.
+
+namespace vantage {
+
+/// Part `index` of `count`: items index - 1, index - 1 + count, ...
+struct Shard {
+  int index{1};
+  int count{1};
+};
+
+/// "2/8" as a shard. Throws ConfigError (key "--shard").
+[[nodiscard]] Shard ParseShard(const std::string& text);
+
+/// Solves the shard's items and writes one line for each: its number, where the base stands, whether a camera
+/// was found, its value and the camera, numbers to their last bit; no times.
+/// @param told  Share of the work and the best value so far.
+void RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string& path,
+              const PlanProgress& told = {});
+
+/// Joins the tables of all shards. Throws ConfigError when they are not of one problem, or an item is missing
+/// or there twice.
+void MergeSweeps(const std::vector<std::string>& paths, const std::string& path);
+
+/// The best lines of a table in words.
+[[nodiscard]] std::string BestOfSweep(const std::string& path, int most);
+
+}  // namespace vantage
