@@ -293,9 +293,11 @@ Vector SingularValues(const Matrix& J) {
   return Eigen::JacobiSVD<Matrix>(J).singularValues();
 }
 
+// Product of the largest singular values; 0 for what has lost rank but for rounding.
 Real Product(const Matrix& J) {
   const Vector sigma = SingularValues(J);
-  return sigma.head(std::min<Eigen::Index>(6, sigma.size())).prod();
+  const Eigen::Index s = std::min<Eigen::Index>(6, sigma.size());
+  return sigma(s - 1) > 1e-13L * sigma(0) ? sigma.head(s).prod() : 0;
 }
 
 // ---- JSON ----
@@ -341,8 +343,8 @@ Json Sphere5(const Vector& g) {
 Json TaskBlock(const Matrix& J_v, const Matrix& J_r, const Matrix& J_c) {
   const Matrix view = J_v.leftCols(3);
   const Matrix arm = J_r.topRows(3);
-  const Real w_v = SingularValues(view).prod();
-  const Real w_r = SingularValues(arm).prod();
+  const Real w_v = Product(view);
+  const Real w_r = Product(arm);
   Json task{{"rows", {0, 1, 2}},
             {"m", 3},
             {"J_v", Rows(view)},
@@ -355,7 +357,7 @@ Json TaskBlock(const Matrix& J_v, const Matrix& J_r, const Matrix& J_c) {
   if (view.rows() == 3) {
     const Matrix square = J_c * arm.inverse();
     task["J_v_square"] = Rows(square);
-    task["w_v_square"] = static_cast<double>(SingularValues(square).prod());
+    task["w_v_square"] = static_cast<double>(Product(square));
   }
   return task;
 }
