@@ -183,7 +183,7 @@ Scenario MakeCell(ArmSet arms, bool housed) {
               Turn("tilt", -45.0, 45.0, 60.0)};
   rig.max_linear_speed = 0.4;
 
-  Scenario scenario{"", "", {view, {}}, rig, RigVector(), {}, {}, 60.0, {}, {}, {}};
+  Scenario scenario{"", "", {view, {}}, rig, RigVector(), {}, {}, 60.0, {}, {}, {}, {}, {}};
   scenario.servo.period = 0.005;
   scenario.sim.step = 0.005;
   // The task is done within 2 mm: the view must be able to tell, and the image must say so.

@@ -169,10 +169,10 @@ int Replay(const Arguments& arguments, const Settings& settings) {
   RunConsole console(arguments.quiet);
   console.Begin(name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
   const RunOutcome outcome = RunInLockstep(scenario, folder, &console);
-  const std::string trouble = folder.Write(outcome.summary, outcome.samples);
+  const std::vector<std::string> troubles = folder.Write(outcome.summary, outcome.samples);
   console.End(outcome.summary, folder.path().string() +
                                    "/: run.png, first.png, last.png, summary.json, samples.csv");
-  if (!trouble.empty()) std::cerr << "vantage-bench: no picture: " << trouble << '\n';
+  for (const std::string& trouble : troubles) std::cerr << "vantage-bench: " << trouble << '\n';
   return outcome.summary.converged ? kExitOk : kExitNotReached;
 }
 

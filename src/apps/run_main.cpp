@@ -105,10 +105,10 @@ int Run(const Arguments& arguments) {
   if (arguments.list) return List();
   // Everything is checked before anything is started or written.
   const bool own_robot = !arguments.robot.robot.empty();
-  std::optional<Source> written;
-  if (own_robot) written = WriteScenario(arguments);
+  std::optional<Source> own;
+  if (own_robot) own = WriteScenario(arguments);
   Scenario scenario =
-      own_robot ? ReadScenario(written->text, written->name) : LoadScenario(arguments.scenario);
+      own_robot ? ReadScenario(own->text, own->name) : LoadScenario(arguments.scenario);
   PrintRemarks(scenario);
   const bool planned = !arguments.camera_plan.empty();
   if (planned) scenario.q_c_start = LoadCameraStart(arguments.camera_plan, scenario.rig);
@@ -121,7 +121,7 @@ int Run(const Arguments& arguments) {
   if (own_robot) {
     // In the run folder: what the processes read, and a start for the user's own changes.
     scenario_path = folder.File("scenario.yaml");
-    std::ofstream(scenario_path) << written->text.text;
+    std::ofstream(scenario_path) << own->text.text;
   }
   RunConsole console(arguments.quiet);
   console.Begin(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +

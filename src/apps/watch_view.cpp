@@ -84,9 +84,9 @@ TextStyle StyleOf(ServoState state) {
 }
 
 /// Builds the lines from top to bottom.
-class View {
+class Page {
  public:
-  View(const WatchState& state, const WatchHeader& header, Time now, int columns, int rows)
+  Page(const WatchState& state, const WatchHeader& header, Time now, int columns, int rows)
       : state_(state), header_(header), now_(now), columns_(columns), rows_(rows) {}
 
   std::vector<TextLine> Render() {
@@ -342,7 +342,7 @@ std::string Sparkline(const std::deque<double>& values, int width, bool logarith
 
 std::vector<TextLine> RenderWatch(const WatchState& state, const WatchHeader& header, Time now,
                                   int columns, int rows) {
-  return View(state, header, now, columns, rows).Render();
+  return Page(state, header, now, columns, rows).Render();
 }
 
 }  // namespace vantage

@@ -18,7 +18,7 @@ const char* const kProblem =
     "sweep: {base: {x: {from: -0.2, to: 0.2, samples: 3}, yaw: {from_deg: 0, to_deg: 90, samples: "
     "2}}}\n";
 
-PlacementSetup Setup(const std::string& text) {
+PlacementSetup SetupOf(const std::string& text) {
   return ReadPlacement({"sweep.yaml", "", text}, "sweep");
 }
 
@@ -31,7 +31,7 @@ std::string TextOf(const std::string& path) {
 TEST(PlanSweep, OfShardsMergedIsTheSameToTheLastBit) {
   const TemporaryFolder folder;
   const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
-  const PlacementSetup setup = Setup(kProblem);
+  const PlacementSetup setup = SetupOf(kProblem);
   ASSERT_EQ(setup.bases.size(), 6u);
   RunSweep(setup, {1, 1}, file("whole"));
   std::vector<std::string> parts;
@@ -47,7 +47,7 @@ TEST(PlanSweep, OfShardsMergedIsTheSameToTheLastBit) {
 TEST(PlanSweep, OfMissingDoubleOrForeignPartsIsRefused) {
   const TemporaryFolder folder;
   const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
-  const PlacementSetup setup = Setup(kProblem);
+  const PlacementSetup setup = SetupOf(kProblem);
   RunSweep(setup, {1, 6}, file("a"));
   RunSweep(setup, {2, 6}, file("b"));
   const auto merge = [&](const std::vector<std::string>& parts) {
@@ -55,12 +55,12 @@ TEST(PlanSweep, OfMissingDoubleOrForeignPartsIsRefused) {
   };
   EXPECT_NE(merge({file("a"), file("b")}).find("item 2 is in none"), std::string::npos);
   EXPECT_NE(merge({file("a"), file("a")}).find("twice"), std::string::npos);
-  RunSweep(Setup(std::string(kProblem) + "limits: {min_depth: 0.4}\n"), {2, 6}, file("foreign"));
+  RunSweep(SetupOf(std::string(kProblem) + "limits: {min_depth: 0.4}\n"), {2, 6}, file("foreign"));
   EXPECT_NE(merge({file("a"), file("foreign")}).find("another problem"), std::string::npos);
 }
 
 TEST(PlanSweep, MovesTheArmAndNotTheCamera) {
-  const PlacementSetup setup = Setup(kProblem);
+  const PlacementSetup setup = SetupOf(kProblem);
   const PlacementProblem moved = ProblemAt(setup, 5);  // x = 0.2, yaw = 90 degrees
   const Eigen::Vector3d p = setup.problem.motion.samples[3].markers[0].p_W;
   const Eigen::Vector3d expected(0.2 - p.y(), p.x(), p.z());
