@@ -643,7 +643,7 @@ bool Servo::ArmFollows() noexcept {
 
 // Why an arm that no longer gets nearer stands, if it does.
 HoldReason Servo::WhyStanding() const noexcept {
-  const auto& limits = task_.view.arm.limits();
+  const auto& limits = limits_;
   bool at_limit = false;
   for (int i = 0; i < qdot_.size(); ++i) {
     const JointLimits& limit = limits[static_cast<std::size_t>(i)];
