@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 namespace vantage {
 namespace {
@@ -38,7 +39,10 @@ Refusal SkipString(Cursor* cursor) noexcept {
   const std::int64_t length = ReadInteger(cursor->next, 4);  // The NUL included.
   cursor->Skip(4);
   if (length < 1 || static_cast<std::uint64_t>(length) > cursor->left) return Refusal::kBadString;
-  if (cursor->next[length - 1] != 0) return Refusal::kBadString;
+  // Ends in a zero, and holds no other: LCM's own encoder would cut it off there.
+  if (std::memchr(cursor->next, 0, static_cast<std::size_t>(length)) != cursor->next + length - 1) {
+    return Refusal::kBadString;
+  }
   cursor->Skip(static_cast<std::size_t>(length));
   return Refusal::kNone;
 }

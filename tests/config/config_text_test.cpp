@@ -93,8 +93,8 @@ TEST(FindConfigText, TakesAnAbsolutePath) {
 
 TEST(FindConfigText, ListsTheKnownNames) {
   EXPECT_EQ(test::ConfigErrorOf([] { (void)FindConfigText(ConfigKind::kRobot, "puma56"); }),
-            "robot: 'puma56' is neither a file nor built in (built in: panda, planar2, puma3, "
-            "puma560, stanford, ur5)");
+            "robot: 'puma56' is neither a file nor built in (built in: panda, planar2, "
+            "planar2_housed, puma3, puma3_housed, puma560, puma560_housed, stanford, ur5)");
 }
 
 TEST(FindConfigText, SaysWhyAPathCannotBeOpened) {

@@ -441,6 +441,9 @@ TEST(Guard, RefusesStringsWithoutEnd) {
   ASSERT_EQ(Encoded(Sample<ServoStatus>())[at + 4], 'H');
   EXPECT_EQ(ChangedBytes(Sample<ServoStatus>(), [=](Bytes* b) { (*b)[at + 4 + 7] = '!'; }),
             Refusal::kBadString);
+  // Nor with two of them.
+  EXPECT_EQ(ChangedBytes(Sample<ServoStatus>(), [=](Bytes* b) { (*b)[at + 4 + 3] = 0; }),
+            Refusal::kBadString);
   for (const std::uint32_t length : {0U, 0xffffffffU, 0x7fffffffU, 0x80000000U}) {
     EXPECT_EQ(ChangedBytes(Sample<ServoStatus>(), [=](Bytes* b) { PutInt32(b, at, length); }),
               Refusal::kBadString)
@@ -635,7 +638,7 @@ TEST(ServoStatusRefusals, OneByOne) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = kNaN; }), Refusal::kNotFinite);
   }
   for (std::int32_t Wire::*member : {&Wire::state, &Wire::reason}) {
-    EXPECT_EQ(changed([=](Wire* m) { m->*member = 13; }), Refusal::kOutOfRange);
+    EXPECT_EQ(changed([=](Wire* m) { m->*member = 14; }), Refusal::kOutOfRange);
     EXPECT_EQ(changed([=](Wire* m) { m->*member = -1; }), Refusal::kOutOfRange);
   }
   for (std::int32_t Wire::*member : {&Wire::markers_seen, &Wire::markers_needed}) {

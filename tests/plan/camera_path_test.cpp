@@ -87,6 +87,7 @@ TEST(CameraPath, KeepsSpeedsAndLimitsAndBeatsStandingStill) {
   // Each sample by the controller's own code.
   ViewLimits limits;
   limits.margin = 20.0 - 1e-6;
+  limits.min_semi_axis = 0.0;  // of no concern to a placement
   limits.max_incidence = model.problem().limits.max_incidence + 1e-8;
   for (int i = 0; i < model.problem().motion.size(); ++i) {
     const Eigen::Isometry3d X_WC = RigPose(model.problem().rig, result.path.q_c[i]);

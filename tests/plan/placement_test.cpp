@@ -58,6 +58,7 @@ void ExpectSeenThroughout(const PlacementProblem& problem, const CameraModel& ca
                           const Isometry3d& X_WC) {
   ViewLimits limits;
   limits.margin = 20.0 - 1e-6;
+  limits.min_semi_axis = 0.0;  // of no concern to a placement
   limits.min_depth = problem.limits.depth.min - 1e-8;
   limits.max_depth = problem.limits.depth.max;
   limits.max_incidence = problem.limits.max_incidence + 1e-8;
@@ -231,6 +232,7 @@ TEST(PlacementLimits, SceneMarkersMustBeSeenToo) {
   ASSERT_TRUE(result.best.feasible);
   ViewLimits limits;
   limits.margin = 20.0 - 1e-6;
+  limits.min_semi_axis = 0.0;  // of no concern to a placement
   limits.max_incidence = problem.limits.max_incidence + 1e-8;
   for (const ArmSample& sample : problem.motion.samples) {
     EXPECT_STREQ(Name(CheckMarker(CameraModel(), limits, result.best.X_WC, problem.scene_markers[0],
