@@ -296,7 +296,9 @@ void ActiveCamera::Plan(const ActiveInputs& inputs, ActiveReason reason) {
   PlanRequest request = RequestFrom(inputs, motion_.q_c());
   // The camera loses markers that the model sees, or the servo stands in a view that looks good: what
   // is wrong here is not in the model.
-  request.stay_is_spoiled = reason == ActiveReason::kMarkerLost || reason == ActiveReason::kStalled;
+  request.certify = inputs.uncertified;
+  request.stay_is_spoiled = reason == ActiveReason::kMarkerLost ||
+                            (reason == ActiveReason::kStalled && !inputs.uncertified);
   request.may_lose = reason == ActiveReason::kMarkerLost;
   ViewPlan plan = PlanView(model_, rig_, options_.trigger, options_.planner, request);
   if (plan.verdict == PlanVerdict::kNoPath && !request.may_lose) {
@@ -323,6 +325,7 @@ void ActiveCamera::PlanOnTheWay(const ActiveInputs& inputs) {
   request.q_c_stay = motion_.path().end();
   request.q_soon.resize(0);  // The camera is not there yet.
   request.may_lose = may_lose_;
+  request.certify = inputs.uncertified;
   PlannerOptions options = options_.planner;
   options.min_gain *= kTurnOff;
   const ViewPlan plan = PlanView(model_, rig_, options_.trigger, options, request);

@@ -34,6 +34,8 @@ constexpr double kElsewhere = 0.2;
 constexpr double kCertifiedShare = 0.85;
 // Of a view that certifies nothing: as bad as this many times the bound.
 constexpr double kUncertified = 20.0;
+// How much more the certificate counts when nothing else is left to do.
+constexpr double kCertifyWeight = 5.0;
 // Better views whose ways are tried before giving up.
 constexpr int kMaxWays = 12;
 // Points of a way at which the markers are looked for: one every so many metres or radians.
@@ -129,6 +131,9 @@ class Scene {
     lowest_ = log_threshold + std::log(kWorthless);
   }
 
+  /// Makes the certificate of the motion's end count before all else.
+  void Certify() { certify_ = true; }
+
   /// Makes every view answer for one more configuration, right after the first.
   void AlsoSee(const ArmSample& soon) { soon_ = &soon; }
 
@@ -203,7 +208,8 @@ class Scene {
     const double mm_per_px =
         WorstMillimetresPerPixel(Decompose(CompositeJacobian(model_, end, X_WC)), end.J_marker_W);
     const double bound = kCertifiedShare * options_.max_mm_per_px;
-    return std::log(std::clamp(mm_per_px / bound, 1.0, kUncertified));
+    const double log_excess = std::log(std::clamp(mm_per_px / bound, 1.0, kUncertified));
+    return (certify_ ? kCertifyWeight : 1.0) * log_excess;
   }
 
   [[nodiscard]] ViewScore Evaluate(const Isometry3d& X_WC) const {
@@ -252,6 +258,7 @@ class Scene {
   const std::vector<ArmSample>& motion_;
   const std::vector<PlacedMarker>& goal_markers_;
   const ArmSample* soon_{nullptr};
+  bool certify_{false};
   double highest_{0.0}, lowest_{0.0};
 };
 
@@ -482,6 +489,22 @@ ViewScore ScoreView(const ViewModel& model, const TriggerOptions& trigger,
   return Scene(model, trigger, options, motion, goal_markers).Evaluate(X_WC);
 }
 
+bool CanWatch(const ViewModel& model, const CameraRig& rig, const PlannerOptions& options,
+              const std::vector<ArmSample>& motion, const std::vector<PlacedMarker>& goal_markers,
+              const RigVector& q_c) {
+  const TriggerOptions trigger;
+  const Scene scene(model, trigger, options, motion, goal_markers);
+  const auto watches = [&](const RigVector& view) {
+    const Isometry3d X_WC = RigPose(rig, view);
+    return std::all_of(motion.begin(), motion.end(),
+                       [&](const ArmSample& sample) { return scene.Sees(sample, X_WC); });
+  };
+  if (watches(q_c)) return true;
+  const std::vector<RigVector> views =
+      CandidatePositions(rig, q_c, scene.Aim(), options.candidates);
+  return std::any_of(views.begin(), views.end(), watches);
+}
+
 ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOptions& trigger,
                   const PlannerOptions& options, const PlanRequest& request) {
   assert(request.q.size() == model.arm.size() && request.q_goal.size() == model.arm.size());
@@ -494,6 +517,7 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
     SampleArm(model, request.q_soon, &soon);
     scene.AlsoSee(soon);
   }
+  if (request.certify) scene.Certify();
 
   ViewPlan plan;
   const Isometry3d X_WStay = RigPose(rig, request.q_c_stay);

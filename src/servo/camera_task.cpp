@@ -1,7 +1,9 @@
 #include "vantage/servo/camera_task.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <random>
 
 namespace vantage {
 namespace {
@@ -12,6 +14,15 @@ constexpr double kGoalMoved = 1e-3;
 constexpr double kSolved = 3e-3;
 // After a goal has moved by more than this, the branch taken for the last one means nothing [m].
 constexpr double kGoalElsewhere = 0.03;
+// Points that do not fit the arm's exactly never will: a solution this much worse than the last is one.
+constexpr double kFitSlack = 1.5;
+// Random starts of the search for branches, besides the joints now.
+constexpr int kBranchStarts = 10;
+// Solutions nearer to one another than this are one branch [rad or m].
+constexpr double kSameBranch = 0.1;
+// A servo that stalls with a larger error than this [px], for so many steps, is stuck.
+constexpr double kStuckError = 3.0;
+constexpr int kStuckSteps = 200;
 // A goal further from what the arm can reach than this is no prediction [m].
 constexpr double kReachable = 0.05;
 
@@ -19,40 +30,103 @@ constexpr double kReachable = 0.05;
 
 CameraTask::CameraTask(const ServoTask& task, const CameraRig& rig, const RigVector& q_c_start,
                        const ActiveOptions& options)
-    : task_(task), camera_(task.view, rig, q_c_start, options) {
+    : task_(task),
+      rig_(rig),
+      planner_(options.planner),
+      camera_(task.view, rig, q_c_start, options),
+      q_c_(q_c_start) {
   for (const Marker& marker : task_.view.markers) p_EM_.push_back(marker.p);
 }
 
 // Joints at the goal: from the last solution, so that the branch stays; at first, and when there is none
-// near it, from the joints now, so that the nearest branch is taken.
-void CameraTask::SolveForGoal(const JointVector& q, bool anew) {
+// near it, the branch is chosen anew.
+void CameraTask::SolveForGoal(const ActiveInputs& inputs, bool anew) {
   if (!anew && q_goal_.size() > 0) {
-    const auto near = SolveForPoints(task_.view.arm, p_EM_, p_WG_, q_goal_, kSolved);
+    const double fit = std::max(kSolved, kFitSlack * fit_);
+    const auto near = SolveForPoints(task_.view.arm, p_EM_, p_WG_, q_goal_, fit);
     if (near.converged) {
       q_goal_ = near.q;
       return;
     }
   }
-  const auto solution = SolveForPoints(task_.view.arm, p_EM_, p_WG_, q, kSolved);
-  q_goal_ = solution.rms_error < kReachable ? solution.q : JointVector();
+  q_goal_ = ChooseBranch(inputs);
+}
+
+// Of the arm's branches the nearest whose way some view can watch; when there is none, the nearest.
+// Branches that failed are left out. Empty: the goal is out of reach.
+JointVector CameraTask::ChooseBranch(const ActiveInputs& inputs) {
+  const ArmModel& arm = task_.view.arm;
+  const JointVector& q = inputs.q;
+  const auto time_to = [&](const JointVector& q_goal) {
+    double time = 0.0;
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      const double speed = arm.limits()[static_cast<std::size_t>(i)].velocity;
+      time = std::max(time, std::abs(q_goal(i) - q(i)) / speed);
+    }
+    return time;
+  };
+  const auto among = [](const std::vector<JointVector>& known, const JointVector& branch) {
+    return std::any_of(known.begin(), known.end(), [&](const JointVector& other) {
+      return (other - branch).lpNorm<Eigen::Infinity>() < kSameBranch;
+    });
+  };
+  const auto first = SolveForPoints(arm, p_EM_, p_WG_, q, kSolved);
+  if (first.rms_error >= kReachable) return JointVector();
+  fit_ = first.rms_error;
+  std::vector<JointVector> branches;
+  if (!among(failed_, first.q)) branches.push_back(first.q);
+  std::mt19937_64 random(1);
+  for (int start = 0; start < kBranchStarts; ++start) {
+    JointVector from = q;
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
+      from(i) = std::uniform_real_distribution<double>(limit.lower, limit.upper)(random);
+    }
+    const auto other = SolveForPoints(arm, p_EM_, p_WG_, from, std::max(kSolved, kFitSlack * fit_));
+    if (!other.converged || among(branches, other.q) || among(failed_, other.q)) continue;
+    branches.push_back(other.q);
+  }
+  std::sort(branches.begin(), branches.end(),
+            [&](const JointVector& a, const JointVector& b) { return time_to(a) < time_to(b); });
+  for (const JointVector& branch : branches) {
+    const auto motion = SampleMotion(task_.view, q, branch, planner_.path_samples);
+    if (CanWatch(task_.view, rig_, planner_, motion, inputs.goal_markers, q_c_)) return branch;
+  }
+  return branches.empty() ? JointVector() : branches.front();
+}
+
+// A servo that stands before a goal it does not reach is on the wrong branch, if there is another one.
+void CameraTask::EscapeStall(const ActiveInputs& inputs) {
+  const bool stuck = inputs.stalled && !inputs.uncertified && inputs.error_px > kStuckError;
+  stalled_steps_ = std::max(0, stalled_steps_ + (stuck ? 2 : -1));
+  if (stalled_steps_ < kStuckSteps || q_goal_.size() == 0) return;
+  stalled_steps_ = 0;
+  failed_.push_back(q_goal_);
+  JointVector other = ChooseBranch(inputs);
+  if (other.size() == 0) {
+    failed_.clear();
+    other = ChooseBranch(inputs);
+  }
+  q_goal_ = other;
 }
 
 ActiveOutput CameraTask::Step(const ServoSnapshot& snapshot) {
   ActiveInputs inputs = snapshot.active;
+  inputs.goal_markers.clear();
+  for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
+    inputs.goal_markers.push_back(
+        {snapshot.p_marker[i], task_.goal.normals[i], task_.goal.marker_radius});
+  }
   double moved = p_WG_.empty() ? std::numeric_limits<double>::infinity() : 0.0;
   for (std::size_t i = 0; i < p_WG_.size(); ++i) {
     moved = std::max(moved, (snapshot.p_WG[i] - p_WG_[i]).norm());
   }
   if (moved > kGoalMoved) {
     p_WG_.assign(snapshot.p_WG.begin(), snapshot.p_WG.begin() + snapshot.goal_count);
-    SolveForGoal(inputs.q, moved > kGoalElsewhere);
+    SolveForGoal(inputs, moved > kGoalElsewhere);
   }
+  EscapeStall(inputs);
   inputs.q_goal = q_goal_.size() > 0 ? q_goal_ : inputs.q;
-  inputs.goal_markers.clear();
-  for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
-    inputs.goal_markers.push_back(
-        {snapshot.p_marker[i], task_.goal.normals[i], task_.goal.marker_radius});
-  }
   ActiveOutput output = camera_.Step(inputs);
   output.q_goal = q_goal_;
   // Of use only where the features leave the joints freedom.
@@ -60,6 +134,7 @@ ActiveOutput CameraTask::Step(const ServoSnapshot& snapshot) {
   if (std::min(rows, kTaskDimension) < task_.view.arm.size()) {
     output.log_w_gradient = LogCompositeGradient(task_.view, inputs.q, inputs.X_WC);
   }
+  q_c_ = output.q_c;
   return output;
 }
 

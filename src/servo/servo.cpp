@@ -37,12 +37,12 @@ constexpr double kArrivalSigma = 0.01;
 constexpr double kArrivalLever = 0.1;
 // What the estimate of a goal's marker may be off by for errors of calibration, however many views: at
 // least so much [m], and this many times what the image says it is off by across the ray.
-constexpr double kEstimateFloor = 0.005;
+constexpr double kEstimateFloor = 0.015;
 constexpr double kDepthFactor = 2.0;
 // Share of a change of that weighing that one image makes.
 constexpr double kArrivalBlend = 0.1;
 // Slower than this the arm counts as standing [rad/s or m/s]; averages then take this many times longer.
-constexpr double kStandingSpeed = 0.03;
+constexpr double kStandingSpeed = 0.1;
 constexpr double kStandingAverage = 4.0;
 // An arm that stands this many times the tolerance from its goal, and gets no nearer, is there.
 constexpr double kReachedShare = 2.0;
@@ -144,7 +144,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
     : task_(std::move(task)), options_(options), trigger_(trigger) {
   CheckSizes(task_, options_);
   const std::size_t count = task_.view.markers.size();
-  needed_.assign(count, false);
+  needed_ = std::vector<bool>(count, false);
   for (const Feature& feature : task_.view.features.features()) {
     for (const int point : feature.points) needed_[static_cast<std::size_t>(point)] = true;
   }
@@ -472,6 +472,7 @@ HoldReason Servo::Control(Time now) noexcept {
   }
   output_.status.error_px =
       std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
+  AverageError();
   ReportMeasures(system);
 
   const FeatureRows& target = PredictPathRows() ? path_rows_ : goal_rows_;
@@ -557,13 +558,23 @@ void Servo::ReportMeasures(const SingularSystem& system) noexcept {
   report.cause = DiagnoseLowMeasure(system, point_jacobians_, RowsNeeded(), low);
 }
 
+// The error as it is judged: without the noise of single images.
+void Servo::AverageError() noexcept {
+  const double time = 0.5 * options_.convergence.settle_time;
+  if (mean_error_.size() != output_.error.size() || !mean_error_.allFinite()) {
+    mean_error_ = output_.error;
+  } else {
+    mean_error_ += dt_ / (dt_ + time) * (output_.error - mean_error_);
+  }
+}
+
 // The joint motion that the image error stands for, and how far it moves the markers [mm]. Directions
 // that the image does not show are left out: the view's certificate answers for them.
 double Servo::RemainingMillimetres(const SingularSystem& system) const noexcept {
   JointVector dq = JointVector::Zero(q_.size());
   for (int i = 0; i < system.measure.rank; ++i) {
     const double sigma = system.measure.sigma(i);
-    dq += system.directions.col(i) * (system.axes.col(i).dot(output_.error) / (sigma * sigma));
+    dq += system.directions.col(i) * (system.axes.col(i).dot(mean_error_) / (sigma * sigma));
   }
   const Twist V_WE_W = output_.J_r.lazyProduct(dq);
   double worst = 0.0;
@@ -582,7 +593,8 @@ int Servo::RowsNeeded() const noexcept {
 // longer falls, or a small one in a view that hides too much.
 void Servo::JudgeProgress(Time now) noexcept {
   const ConvergenceOptions& goal = options_.convergence;
-  const double error = output_.status.error_px;
+  const double error =
+      std::sqrt(mean_error_.squaredNorm() / static_cast<double>(mean_error_.size()));
   const double way = active_.q_goal.size() == q_.size() ? (active_.q_goal - q_).norm() : 0.0;
   const bool certified = output_.observability.mm_per_px <= goal.max_mm_per_px;
   const bool stands = best_since_ && Age(now, *best_since_) > options_.stall_time;
@@ -606,7 +618,8 @@ void Servo::JudgeProgress(Time now) noexcept {
   const bool settled = below_since_ && Age(now, *below_since_) >= goal.settle_time;
   arrived_ = certified && complete && error <= kReachedShare * goal.tolerance_px &&
              remaining_mm_ <= 5.0 * goal.tolerance_mm;
-  stalled_ = (settled && !certified) || (stands && !(near && complete));
+  uncertified_ = settled && !certified;
+  stalled_ = uncertified_ || (stands && !(near && complete));
   output_.status.reason = HoldReason::kNone;
   if (settled && certified) {
     output_.status.state = ServoState::kConverged;
@@ -690,6 +703,8 @@ const ServoOutput& Servo::Step(Time now) noexcept {
     best_since_.reset();
     stalled_ = false;
     arrived_ = false;
+    uncertified_ = false;
+    mean_error_.resize(0);
     status.reason = reason;
     const bool waiting = before == ServoState::kIdle || before == ServoState::kAcquiring;
     status.state = !enabled_ ? ServoState::kIdle
@@ -719,6 +734,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   view.cause = report.cause;
   view.markers_lost = markers_lost_;
   view.stalled = stalled_;
+  view.uncertified = uncertified_;
   view.mm_per_px = report.mm_per_px;
   view.error_px = status.error_px;
   for (std::size_t i = 0; i < goal_.size(); ++i) {

@@ -63,5 +63,23 @@ TEST(GoalPointEstimator, RefusesWhatCannotBeTheMarker) {
   EXPECT_EQ(goal.p_WG(), before);
 }
 
+// One outlier is refused; when the marker stays elsewhere, it is the prior that was wrong.
+TEST(GoalPointEstimator, GivesUpAPriorThatManyImagesContradict) {
+  const CameraModel camera;
+  GoalPointEstimator goal(kTruth + Vector3d(0.25, 0.0, 0.0), 0.02);
+  bool accepted = false;
+  for (int i = 0; i < 60; ++i) {
+    Isometry3d X_WC = Isometry3d::Identity();
+    X_WC.translation().x() = -0.3 + 0.01 * i;
+    const bool taken = goal.Update(camera, X_WC, See(camera, X_WC), 0.3);
+    if (i < 10) {
+      EXPECT_FALSE(taken) << i;
+    }
+    accepted = accepted || taken;
+  }
+  EXPECT_TRUE(accepted);
+  EXPECT_LT((goal.p_WG() - kTruth).norm(), 0.02);
+}
+
 }  // namespace
 }  // namespace vantage

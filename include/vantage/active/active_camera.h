@@ -78,10 +78,11 @@ struct ActiveInputs {
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Measured camera pose.
   Measure composite;  ///< Of J_c, as the control period computed it.
   LowCause cause{LowCause::kNone};
-  int markers_lost{0};    ///< Markers the features need that the last image does not show.
-  bool stalled{false};    ///< The servo's error has stopped falling above the tolerance.
-  double error_px{0.0};   ///< Norm of the image error [px].
-  double mm_per_px{0.0};  ///< Worst motion of a marker that one pixel may hide [mm/px].
+  int markers_lost{0};      ///< Markers the features need that the last image does not show.
+  bool stalled{false};      ///< The servo's error has stopped falling above the tolerance.
+  bool uncertified{false};  ///< It is at its goal by the image, in a view that hides too much.
+  double error_px{0.0};     ///< Norm of the image error [px].
+  double mm_per_px{0.0};    ///< Worst motion of a marker that one pixel may hide [mm/px].
 };
 
 struct ActiveOutput {

@@ -43,6 +43,8 @@ struct PlanRequest {
   RigVector q_c;       ///< Where the camera starts from, at rest.
   RigVector q_c_stay;  ///< The view that a plan must better: q_c, or where the camera is going.
   bool stay_is_spoiled{false};  ///< Something the model does not know of spoils that view.
+  /// The arm is at its goal by the image: what counts is a view that certifies it.
+  bool certify{false};
   /// Markers may go out of sight on the way: the arm waits until they are seen again. Ways that lose
   /// fewer are still preferred.
   bool may_lose{false};
@@ -90,6 +92,12 @@ struct ViewPlan {
                                   const std::vector<ArmSample>& motion,
                                   const std::vector<PlacedMarker>& goal_markers,
                                   const Eigen::Isometry3d& X_WC);
+
+/// True when some view of the rig sees every marker all along `motion`, and the goal's.
+/// @param q_c  Where the camera is: tried first.
+[[nodiscard]] bool CanWatch(const ViewModel& model, const CameraRig& rig,
+                            const PlannerOptions& options, const std::vector<ArmSample>& motion,
+                            const std::vector<PlacedMarker>& goal_markers, const RigVector& q_c);
 
 /// Plans. Takes milliseconds and allocates: not for the control period.
 /// @pre sizes fit the model and the rig; q_c is within the rig's limits.

@@ -18,13 +18,21 @@ class CameraTask {
   [[nodiscard]] ActiveOutput Step(const ServoSnapshot& snapshot);
 
  private:
-  void SolveForGoal(const JointVector& q, bool anew);
+  void SolveForGoal(const ActiveInputs& inputs, bool anew);
+  [[nodiscard]] JointVector ChooseBranch(const ActiveInputs& inputs);
+  void EscapeStall(const ActiveInputs& inputs);
 
   ServoTask task_;
+  CameraRig rig_;
+  PlannerOptions planner_;
   ActiveCamera camera_;
   std::vector<Eigen::Vector3d> p_EM_;  // markers on the end effector
   std::vector<Eigen::Vector3d> p_WG_;  // goal that q_goal_ was solved for
   JointVector q_goal_;                 // empty: out of reach
+  double fit_{0.0};                    // rms distance that q_goal_ leaves [m]
+  RigVector q_c_;                      // where the camera is
+  int stalled_steps_{0};
+  std::vector<JointVector> failed_;  // branches on which the servo stalled
 };
 
 /// ∂ log w_c / ∂q at q, by central differences of the model's closed forms [1/rad or 1/m]. Not finite where

@@ -110,6 +110,7 @@ class Servo {
   [[nodiscard]] double StartEffort(Time now) noexcept;
   [[nodiscard]] HoldReason Control(Time now) noexcept;
   void ReportMeasures(const SingularSystem& system) noexcept;
+  void AverageError() noexcept;
   [[nodiscard]] double RemainingMillimetres(const SingularSystem& system) const noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
   void JudgeProgress(Time now) noexcept;
@@ -177,7 +178,9 @@ class Servo {
   double best_error_{0.0};
   double best_way_{0.0};  // least distance to the goal's joints so far
   bool stalled_{false};
-  bool arrived_{false};  // near its goal by the image, in a view that certifies it
+  bool uncertified_{false};
+  FeatureVector mean_error_;  // over the settling time, about
+  bool arrived_{false};       // near its goal by the image, in a view that certifies it
 
   ServoOutput output_;
   ServoSnapshot snapshot_;
