@@ -44,6 +44,18 @@ Isometry3d PoseError(const SimOptions& options) {
   return Advance(Isometry3d::Identity(), step);
 }
 
+GlBackend BackendOf(RendererBackend renderer) {
+  switch (renderer) {
+    case RendererBackend::kOsmesa:
+      return GlBackend::kOsmesa;
+    case RendererBackend::kEgl:
+      return GlBackend::kEgl;
+    case RendererBackend::kAuto:
+      break;
+  }
+  return GlBackend::kAuto;
+}
+
 std::unique_ptr<Eye> MakeEye(const Scenario& scenario, std::uint64_t seed) {
   const ViewModel& view = scenario.task.view;
   const CameraEffects& effects = scenario.sim.camera;
@@ -73,9 +85,7 @@ Renderer MakeRenderer(const Scenario& scenario, std::vector<std::string>* warnin
   const std::vector<Marker> dots = scenario.tags.empty() ? view.markers : std::vector<Marker>();
   Scene scene = MakeArmScene(view.arm, dots, scenario.sim.goal_markers, {}, warnings);
   AddTags(scenario.tags, &scene);
-  return {MakeGlContext(scenario.sim.renderer == RendererBackend::kEgl ? GlBackend::kEgl
-                                                                       : GlBackend::kOsmesa),
-          TrueCamera(scenario), std::move(scene)};
+  return {MakeGlContext(BackendOf(scenario.sim.renderer)), TrueCamera(scenario), std::move(scene)};
 }
 
 World::World(const Scenario& scenario, Time start)

@@ -30,14 +30,26 @@ void GlContext::ReleaseIfCurrent() noexcept {
 }
 
 GlBackend ParseGlBackend(const std::string& name) {
+  if (name == "auto") return GlBackend::kAuto;
   if (name == "osmesa") return GlBackend::kOsmesa;
   if (name == "egl") return GlBackend::kEgl;
-  throw ConfigError("", "renderer.backend", "must be osmesa or egl, is " + name);
+  throw ConfigError("", "renderer.backend", "must be auto, osmesa or egl, is " + name);
 }
 
 std::unique_ptr<GlContext> MakeGlContext(GlBackend backend) {
   setenv("LP_NUM_THREADS", "0", /*overwrite=*/0);
-  return backend == GlBackend::kOsmesa ? MakeOsmesaContext() : MakeEglContext();
+  if (backend == GlBackend::kOsmesa) return MakeOsmesaContext();
+  if (backend == GlBackend::kEgl) return MakeEglContext();
+  try {
+    return MakeOsmesaContext();
+  } catch (const ConfigError& no_osmesa) {
+    try {
+      return MakeEglContext();
+    } catch (const ConfigError& no_egl) {
+      throw ConfigError("", "renderer.backend",
+                        std::string(no_osmesa.what()) + "; and " + no_egl.what());
+    }
+  }
 }
 
 SharedLibrary::SharedLibrary(std::initializer_list<const char*> names, const char* package) {

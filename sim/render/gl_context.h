@@ -47,19 +47,20 @@ class GlContext {
 };
 
 enum class GlBackend {
+  kAuto,    ///< OSMesa; EGL where OSMesa is not installed.
   kOsmesa,  ///< Mesa's software renderer in this process (libOSMesa).
   kEgl,     ///< EGL without a surface: a GPU where there is one, else Mesa's software renderer.
 };
 
-/// "osmesa" or "egl"; throws ConfigError (key "renderer.backend") for anything else.
+/// "auto", "osmesa" or "egl"; throws ConfigError (key "renderer.backend") for anything else.
 [[nodiscard]] GlBackend ParseGlBackend(const std::string& name);
 
-/// A new context. Throws ConfigError (key "renderer.backend") when the backend's library is not
-/// installed, RenderError when it cannot make the context.
+/// A new context. Throws ConfigError (key "renderer.backend") when the backend's library (of kAuto: either) is
+/// not installed, RenderError when it cannot make the context.
 ///
 /// Sets LP_NUM_THREADS=0 in the environment unless it is set: Mesa's rasteriser threads cost more
 /// than they bring at these image sizes. So the first call must come before other threads read the
 /// environment.
-[[nodiscard]] std::unique_ptr<GlContext> MakeGlContext(GlBackend backend = GlBackend::kOsmesa);
+[[nodiscard]] std::unique_ptr<GlContext> MakeGlContext(GlBackend backend = GlBackend::kAuto);
 
 }  // namespace vantage::sim

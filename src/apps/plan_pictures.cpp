@@ -184,7 +184,7 @@ std::vector<std::string> DrawViews(const PlacementSetup& setup, const PlacementR
     body.colour = Eigen::Vector3f(0.55F, 0.58F, 0.52F);
     scene.bodies.push_back(body);
   }
-  sim::Renderer renderer(sim::MakeGlContext(sim::GlBackend::kOsmesa), camera, std::move(scene));
+  sim::Renderer renderer(sim::MakeGlContext(), camera, std::move(scene));
   const sim::SceneState state(ComputeLinkPoses(setup.view.arm, sample.q), sample.kinematics.X_WE);
   cv::Mat both;
   for (const bool best : {true, false}) {

@@ -97,7 +97,7 @@ void RunConsole::End(const RunSummary& summary, const std::string& folder) {
     Line(std::string("the servo ended in ") + Name(summary.status.state) + " because of " +
              Name(summary.status.reason),
          true);
-  } else if (!summary.converged && summary.status.error_px < 1.0) {
+  } else if (!summary.converged && summary.observability.k > 0 && summary.status.error_px < 1.0) {
     Line("the error in the image is small, but one pixel may hide " +
              Short(summary.observability.mm_per_px) + " mm in this view: it certifies nothing",
          true);

@@ -137,6 +137,11 @@ std::string LastLines(const std::string& path) {
   return text;
 }
 
+std::string WhatTheySaid(const RunFolder& folder) {
+  return "\nvantage-sim said:\n" + LastLines(folder.File("sim.txt")) + "vantage-servo said:\n" +
+         LastLines(folder.File("servo.txt"));
+}
+
 }  // namespace
 
 RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenario,
@@ -168,6 +173,10 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
   while (!stop.WaitFor(std::chrono::milliseconds(20))) {
     const Time now = Clock::now();
     if (const auto ended = processes.Ended()) {
+      if (!started) {
+        processes.Stop();
+        throw Error(*ended + WhatTheySaid(folder));
+      }
       summary.end = *ended;
       break;
     }
@@ -180,9 +189,7 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
     if (!started) {
       if (now - launch < kStartLimit) continue;
       processes.Stop();
-      throw Error("no report of a working servo within 20 s.\nvantage-sim said:\n" +
-                  LastLines(folder.File("sim.txt")) + "vantage-servo said:\n" +
-                  LastLines(folder.File("servo.txt")));
+      throw Error("no report of a working servo within 20 s" + WhatTheySaid(folder));
     }
     const double t = ToSeconds(now - start);
     RunSample sample = MakeSample(t, *state.status, *state.observability);

@@ -165,8 +165,11 @@ SimOptions LoadSim(const Section& section, const ArmModel& arm) {
   sim.seed = static_cast<std::uint64_t>(
       section.Integer("seed", 0, 1000000000, 1, "Of every random number."));
   sim.renderer = section.Choice<RendererBackend>(
-      "renderer", {{"osmesa", RendererBackend::kOsmesa}, {"egl", RendererBackend::kEgl}},
-      sim.renderer, "osmesa: software; egl: a GPU where there is one.");
+      "renderer",
+      {{"auto", RendererBackend::kAuto},
+       {"osmesa", RendererBackend::kOsmesa},
+       {"egl", RendererBackend::kEgl}},
+      sim.renderer, "osmesa: software; egl: a GPU where there is one; auto: osmesa if installed.");
   const Section effects = section.OptionalChild("arm", "Effects of a real arm.");
   ArmEffects& a = sim.arm;
   a.lag = effects.Number("lag", {0.0, 1.0, "s"}, a.lag, "Time constant of the velocity loop.");

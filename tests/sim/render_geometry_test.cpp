@@ -375,6 +375,7 @@ TEST(RenderSetUp, RefusesWhatDoesNotFit) {
 
 TEST(RenderSetUp, NamesTheBackends) {
   EXPECT_EQ(MakeGlContext(ParseGlBackend("osmesa"))->name(), "osmesa");
+  EXPECT_EQ(MakeGlContext(ParseGlBackend("auto"))->name(), "osmesa");
   EXPECT_EQ(MakeGlContext(ParseGlBackend("egl"))->name(), "egl");
   EXPECT_THROW(static_cast<void>(ParseGlBackend("vulkan")), ConfigError);
 }

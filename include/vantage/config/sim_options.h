@@ -42,6 +42,7 @@ struct CameraEffects {
 
 /// What the simulated images are drawn with.
 enum class RendererBackend {
+  kAuto,    ///< OSMesa, or EGL where that is not installed.
   kOsmesa,  ///< Mesa's software renderer in the process.
   kEgl,     ///< EGL without a surface: a GPU where there is one.
 };
@@ -52,7 +53,7 @@ struct SimOptions {
   std::vector<Marker> goal_markers;  ///< Markers in the scene, in the world; may be empty.
   ArmEffects arm;
   CameraEffects camera;
-  RendererBackend renderer{RendererBackend::kOsmesa};
+  RendererBackend renderer{RendererBackend::kAuto};
   double step{0.001};     ///< Of the plants [s]; > 0.
   std::uint64_t seed{1};  ///< Of every random number.
 };
