@@ -22,7 +22,7 @@ Isometry3d LookDown(double x, double y, double height) {
   return X_WC;
 }
 
-struct Setup {
+struct Cell {
   ArmModel arm = FindRobot("planar2");
   Marker tool{0, {0.0, 0.0, 0.025}, Vector3d::UnitZ(), 0.014, true};
   Marker goal{10, {0.3, 0.2, 0.025}, Vector3d::UnitZ(), 0.014, false};
@@ -40,7 +40,7 @@ struct Setup {
 };
 
 TEST(KinematicEye, ProjectsBothMarkers) {
-  Setup setup;
+  Cell setup;
   const ImageFeatures features = setup.See(LookDown(0.5, 0.0, 1.025));
   ASSERT_EQ(features.count, 2);
   // The arm's tip is at x = 0.7 m, so 0.2 m from the axis at a depth of 1 m.
@@ -51,7 +51,7 @@ TEST(KinematicEye, ProjectsBothMarkers) {
 }
 
 TEST(KinematicEye, AddsNoise) {
-  Setup setup;
+  Cell setup;
   const Isometry3d X_WC = LookDown(0.5, 0.0, 1.025);
   const Vector2d difference = setup.See(X_WC, 0.5).Find(0)->pixel - setup.See(X_WC).Find(0)->pixel;
   EXPECT_GT(difference.norm(), 0.0);
@@ -59,7 +59,7 @@ TEST(KinematicEye, AddsNoise) {
 }
 
 TEST(KinematicEye, LosesWhatTheDetectorWould) {
-  Setup setup;
+  Cell setup;
   const auto sees = [&](const Isometry3d& X_WC) { return setup.See(X_WC).Find(0)->valid; };
   EXPECT_TRUE(sees(LookDown(0.7, 0.0, 2.0)));
   EXPECT_FALSE(sees(LookDown(0.7, 0.0, 6.0)));    // too small
@@ -70,7 +70,7 @@ TEST(KinematicEye, LosesWhatTheDetectorWould) {
 }
 
 TEST(KinematicEye, LosesWhatALinkHides) {
-  Setup setup;
+  Cell setup;
   // The goal's marker under the upper arm.
   setup.goal.p = {0.2, 0.0, -0.1};
   EXPECT_FALSE(setup.See(LookDown(0.2, 0.0, 1.0)).Find(10)->valid);
