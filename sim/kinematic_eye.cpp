@@ -40,7 +40,8 @@ bool KinematicEye::Sees(const Isometry3d& X_WC, const Isometry3d& X_WF, const Ma
     return false;
   }
   const PlacedMarker placed{X_WF * marker.p, X_WF.linear() * marker.normal, marker.radius};
-  if (IsHidden(X_WC.translation(), placed, capsules_)) return false;
+  const Eigen::Vector3d p_WC = X_WC.translation();
+  if (IsHidden(p_WC, placed, capsules_) || IsCovered(p_WC, placed, plates_)) return false;
   *pixel = image->centre;
   return true;
 }
@@ -49,6 +50,14 @@ void KinematicEye::See(Time /*now*/, const Isometry3d& X_WC_true, const JointVec
                        const std::vector<MarkerPrediction>& predictions, ImageFeatures* features) {
   PlaceCapsules(arm_, q_true, &capsules_);
   const Isometry3d X_WE = EndEffectorPose(arm_, q_true);
+  plates_.clear();
+  const auto place = [&](const std::vector<Marker>& markers, const Isometry3d& X_WF) {
+    for (const Marker& marker : markers) {
+      plates_.push_back({X_WF * marker.p, X_WF.linear() * marker.normal, marker.radius});
+    }
+  };
+  place(tool_markers_, X_WE);
+  place(goal_markers_, Isometry3d::Identity());
   features->count = 0;
   for (const MarkerPrediction& prediction : predictions) {
     if (features->count == kMaxMarkers) break;

@@ -9,7 +9,7 @@
 namespace vantage::sim {
 
 /// Projects the markers instead of drawing them: no pixels, so many times faster. A marker is seen when
-/// the detector could find its disc (size, image border) and no capsule of the arm stands before it.
+/// the detector could find its disc (size, image border) and no capsule of the arm and no other marker stands before it.
 /// What it does not have: the drawn arm's exact outline, the detector's own errors and refusals.
 class KinematicEye final : public Eye {
  public:
@@ -33,6 +33,7 @@ class KinematicEye final : public Eye {
   std::mt19937_64 random_;
   std::normal_distribution<double> noise_;
   std::vector<PlacedCapsule> capsules_;
+  std::vector<PlacedMarker> plates_;
 };
 
 }  // namespace vantage::sim

@@ -54,22 +54,24 @@ ArmKit KitOf(ArmSet arms, bool housed) {
       return {housed ? "puma3_housed" : "puma3",
               {{0, {0.0, 0.0, 0.05}, z, 0.013}, {1, {-0.12, 0.05, 0.05}, z, 0.013}},
               features,
-              {0.06, 0.0, 0.0},
+              {0.075, 0.0, 0.0},
               {0.0, 0.0, 0.6},
               1.2,
               2.2};
     }
     case ArmSet::kPuma560:
-      return {housed ? "puma560_housed" : "puma560",
-              {{0, {0.05, 0.05, 0.02}, z, 0.011},
-               {1, {-0.05, 0.05, 0.02}, z, 0.011},
-               {2, {-0.05, -0.05, 0.02}, z, 0.011},
-               {3, {0.05, -0.05, 0.02}, z, 0.011}},
-              Points(4),
-              {0.05, 0.0, 0.0},
-              {0.0, 0.0, 0.6},
-              1.2,
-              2.0};
+      return {
+          housed ? "puma560_housed" : "puma560",
+          // Ahead of the wrist, so that the goal's dots stand clear of it when the hand is there.
+          {{0, {0.05, 0.05, 0.08}, z, 0.009},
+           {1, {-0.05, 0.05, 0.08}, z, 0.009},
+           {2, {-0.05, -0.05, 0.08}, z, 0.009},
+           {3, {0.05, -0.05, 0.08}, z, 0.009}},
+          Points(4),
+          {0.05, 0.0, 0.0},
+          {0.0, 0.0, 0.6},
+          1.2,
+          2.0};
   }
   return {};
 }
@@ -146,6 +148,25 @@ void PlaceGoal(const ArmKit& kit, Draft* draft) {
   }
 }
 
+// A marker of the arm would run into one of the goal's on the way.
+bool RunsIntoGoal(const Draft& draft) {
+  constexpr int kSteps = 64;
+  constexpr double kPlate = 2.25;  // a marker's plate, in radii of its disc
+  const ViewModel& view = draft.scenario.task.view;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double share = static_cast<double>(i) / kSteps;
+    const JointVector q = draft.q_start + share * (draft.q_goal - draft.q_start);
+    const Isometry3d X_WE = EndEffectorPose(view.arm, q);
+    for (const Marker& marker : view.markers) {
+      for (const PlacedMarker& goal : draft.goal_markers) {
+        const double gap = (X_WE * marker.p - goal.p_W).norm();
+        if (gap < kPlate * (marker.radius + goal.radius)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 double WorstMillimetresAt(const Draft& draft, const ArmSample& sample, const Isometry3d& X_WC) {
   return WorstMillimetresPerPixel(
       Decompose(CompositeJacobian(draft.scenario.task.view, sample, X_WC)), sample.J_marker_W);
@@ -154,10 +175,10 @@ double WorstMillimetresAt(const Draft& draft, const ArmSample& sample, const Iso
 bool Seen(const Draft& draft, const std::vector<PlacedMarker>& markers, int sample,
           const Isometry3d& X_WC) {
   const Scenario& s = draft.scenario;
-  const auto& capsules = draft.motion[static_cast<std::size_t>(sample)].capsules;
+  const ArmSample& arm = draft.motion[static_cast<std::size_t>(sample)];
   return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
-    return CheckMarker(s.task.view.camera, s.active.planner.limits, X_WC, marker, capsules) ==
-           ViewFault::kNone;
+    return CheckMarkerAmong(s.task.view.camera, s.active.planner.limits, X_WC, marker, arm,
+                            draft.goal_markers) == ViewFault::kNone;
   });
 }
 
@@ -233,8 +254,11 @@ bool DrawMotion(ArmSet arms, const MotionDemand& demand, Random* random, Draft* 
     // No camera of the dome looks at what faces the floor.
     if (sample.markers.front().normal_W.z() < -0.3) return false;
   }
-  PlaceGoal(KitOf(arms, false), draft);
-  return true;
+  ArmKit kit = KitOf(arms, false);
+  // Dots that turn on the spot sweep a circle: the goal's stand behind it.
+  if (demand.half_turn) kit.goal_marker_E = Vector3d(0.05, 0.0, -0.045);
+  PlaceGoal(kit, draft);
+  return !RunsIntoGoal(*draft);
 }
 
 bool SeesArm(const Draft& draft, int sample, const Isometry3d& X_WC) {

@@ -53,8 +53,8 @@ Placement Evaluate(const Scenario& scenario, const Known& known, const RigVector
   const ViewModel& view = scenario.task.view;
   const auto sees = [&](const std::vector<PlacedMarker>& markers, const ArmSample& at) {
     return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
-      return CheckMarker(view.camera, scenario.active.planner.limits, X_WC, marker, at.capsules) ==
-             ViewFault::kNone;
+      return CheckMarkerAmong(view.camera, scenario.active.planner.limits, X_WC, marker, at,
+                              known.goal_markers) == ViewFault::kNone;
     });
   };
   Placement placement{0, 0.0};

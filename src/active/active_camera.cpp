@@ -139,7 +139,8 @@ bool ActiveCamera::WouldLoseMarker(const ActiveInputs& inputs, double dt) const 
   const Isometry3d X_WRest = RigPose(rig_, ahead.StopCoordinates());
   const auto loses = [&](const PlacedMarker& marker) {
     const auto sees = [&](const Isometry3d& X_WC) {
-      return CheckMarker(model_.camera, limits, X_WC, marker, sample_.capsules) == ViewFault::kNone;
+      return CheckMarkerAmong(model_.camera, limits, X_WC, marker, sample_, inputs.goal_markers) ==
+             ViewFault::kNone;
     };
     return sees(X_WNow) && !(sees(X_WNext) && sees(X_WRest));
   };
@@ -228,7 +229,8 @@ bool ActiveCamera::MarkerAtRisk(const ActiveInputs& inputs) {
   const Isometry3d X_WC = RigPose(rig_, motion_.q_c());
   const ViewLimits& limits = options_.planner.limits;
   const auto sees = [&](const PlacedMarker& marker, const ArmSample& sample) {
-    return CheckMarker(model_.camera, limits, X_WC, marker, sample.capsules) == ViewFault::kNone;
+    return CheckMarkerAmong(model_.camera, limits, X_WC, marker, sample, inputs.goal_markers) ==
+           ViewFault::kNone;
   };
   for (const double share : {0.5, 1.0}) {
     const JointVector q =

@@ -148,12 +148,53 @@ bool IsHidden(const Vector3d& p_WC, const PlacedMarker& marker,
   return false;
 }
 
+bool IsCovered(const Vector3d& p_WC, const PlacedMarker& marker,
+               const std::vector<PlacedMarker>& others) noexcept {
+  constexpr double kRing = 2.0;      // of the disc's radius
+  constexpr double kPlate = 2.25;    // likewise: the ring and its rim
+  constexpr int kPoints = 12;        // of the ring that are looked at
+  constexpr double kInPlane = 5e-4;  // [m]
+  const double ring = kRing * marker.radius;
+  const Vector3d& n = marker.normal_W;
+  const Vector3d e1 = n.unitOrthogonal();
+  const Vector3d e2 = n.cross(e1);
+  for (const PlacedMarker& other : others) {
+    const double plate = kPlate * other.radius;
+    const double camera_above = other.normal_W.dot(p_WC - other.p_W);
+    // Whether the ray from the camera to a point meets the plate before it meets the point.
+    const auto covers = [&](const Vector3d& p_W) {
+      const double above = other.normal_W.dot(p_W - other.p_W);
+      // A point on the camera's side of the plate's plane, or in it, is not behind it.
+      if (std::copysign(above, above * camera_above) > -kInPlane) return false;
+      const double share = above / (above - camera_above);  // of the way to the camera
+      return (p_W + share * (p_WC - p_W) - other.p_W).squaredNorm() < plate * plate;
+    };
+    if (covers(marker.p_W)) return true;
+    for (int i = 0; i < kPoints; ++i) {
+      const double angle = 2.0 * M_PI * i / kPoints;
+      if (covers(marker.p_W + ring * (std::cos(angle) * e1 + std::sin(angle) * e2))) return true;
+    }
+  }
+  return false;
+}
+
 ViewFault CheckMarker(const CameraModel& camera, const ViewLimits& limits, const Isometry3d& X_WC,
                       const PlacedMarker& marker,
                       const std::vector<PlacedCapsule>& capsules) noexcept {
   const ViewFault fault = CheckMarkerUnobstructed(camera, limits, X_WC, marker);
   if (fault != ViewFault::kNone) return fault;
   return IsHidden(X_WC.translation(), marker, capsules) ? ViewFault::kHidden : ViewFault::kNone;
+}
+
+ViewFault CheckMarkerAmong(const CameraModel& camera, const ViewLimits& limits,
+                           const Isometry3d& X_WC, const PlacedMarker& marker, const ArmSample& arm,
+                           const std::vector<PlacedMarker>& scene_markers) noexcept {
+  const ViewFault fault = CheckMarker(camera, limits, X_WC, marker, arm.capsules);
+  if (fault != ViewFault::kNone) return fault;
+  const Vector3d p_WC = X_WC.translation();
+  const bool covered =
+      IsCovered(p_WC, marker, arm.markers) || IsCovered(p_WC, marker, scene_markers);
+  return covered ? ViewFault::kHidden : ViewFault::kNone;
 }
 
 TaskJacobian CompositeJacobian(const ViewModel& model, const ArmSample& sample,

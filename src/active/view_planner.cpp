@@ -148,9 +148,11 @@ class Scene {
     return GoalMarkers(X_WC);
   }
 
+  /// By a link, or by another marker.
   [[nodiscard]] bool Hidden(const ArmSample& sample, const Vector3d& p_WC) const {
     const auto hidden = [&](const PlacedMarker& marker) {
-      return IsHidden(p_WC, marker, sample.capsules);
+      return IsHidden(p_WC, marker, sample.capsules) || IsCovered(p_WC, marker, sample.markers) ||
+             IsCovered(p_WC, marker, goal_markers_);
     };
     return std::any_of(sample.markers.begin(), sample.markers.end(), hidden) ||
            std::any_of(goal_markers_.begin(), goal_markers_.end(), hidden);

@@ -170,6 +170,27 @@ TEST_P(CheckMarkerFinds, OneFault) {
       << Name(GetParam().fault);
 }
 
+// A plate 5 cm before the marker, towards the camera, covers what it overlaps in the image; one behind it, or beside
+// it in the same plane, covers nothing.
+TEST(IsCovered, ByAPlateThatStandsBefore) {
+  const PlacedMarker marker = GoodMarker();
+  const Vector3d p_WC = Vector3d::Zero();
+  const auto covered = [&](const Vector3d& step) {
+    PlacedMarker other = marker;
+    other.p_W += step;
+    return IsCovered(p_WC, marker, {marker, other});
+  };
+  EXPECT_FALSE(IsCovered(p_WC, marker, {marker}));  // not by itself
+  PlacedMarker tilted = marker;
+  tilted.normal_W = Vector3d(0.3, -0.2, -0.9).normalized();
+  EXPECT_FALSE(IsCovered(p_WC, tilted, {tilted}));  // nor by its own rounding
+  EXPECT_TRUE(covered({0.0, 0.0, -0.05}));
+  EXPECT_TRUE(covered({0.035, 0.0, -0.05}));   // the rim of one over the ring of the other
+  EXPECT_FALSE(covered({0.055, 0.0, -0.05}));  // clear of it: 2.25 + 2 radii are 4.25 cm
+  EXPECT_FALSE(covered({0.0, 0.0, 0.05}));
+  EXPECT_FALSE(covered({0.045, 0.0, 0.0}));
+}
+
 using Capsules = std::vector<PlacedCapsule>;
 
 INSTANTIATE_TEST_SUITE_P(

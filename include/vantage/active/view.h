@@ -93,10 +93,22 @@ void SampleArm(const ViewModel& model, const JointVector& q, ArmSample* sample);
 [[nodiscard]] bool IsHidden(const Eigen::Vector3d& p_WC, const PlacedMarker& marker,
                             const std::vector<PlacedCapsule>& capsules) noexcept;
 
+/// True when the plate that another marker is drawn on (a disc a little wider than its ring) stands between the
+/// camera's centre and a part of the marker's ring. A marker does not cover itself. Real-time safe.
+[[nodiscard]] bool IsCovered(const Eigen::Vector3d& p_WC, const PlacedMarker& marker,
+                             const std::vector<PlacedMarker>& others) noexcept;
+
 /// The first fault of seeing `marker` from X_WC; occlusion by `capsules` last. Real-time safe.
 [[nodiscard]] ViewFault CheckMarker(const CameraModel& camera, const ViewLimits& limits,
                                     const Eigen::Isometry3d& X_WC, const PlacedMarker& marker,
                                     const std::vector<PlacedCapsule>& capsules) noexcept;
+
+/// The same with everything that can stand before the marker: the arm's body, and the plates of its markers and
+/// of the scene's. Real-time safe.
+[[nodiscard]] ViewFault CheckMarkerAmong(const CameraModel& camera, const ViewLimits& limits,
+                                         const Eigen::Isometry3d& X_WC, const PlacedMarker& marker,
+                                         const ArmSample& arm,
+                                         const std::vector<PlacedMarker>& scene_markers) noexcept;
 
 /// Composite Jacobian of all the model's markers at the sample, visible or not, as long as they are in
 /// front of the camera (rows of points behind are left out, as are rows without a derivative). Closed
