@@ -188,11 +188,13 @@ void ScoreIn(BatchIsa isa, const BatchScene::Data& data, const BatchCameras& cam
 template <class T>
 void CheckFrustumIn(BatchIsa isa, const BatchScene::Data& data, batch::HullView<T> hull,
                     double unit, const BatchCameras& cameras, int first, int count,
-                    const BatchLens& lens, const DepthLimits& limits, BatchMargins* margins) {
+                    const BatchLens& lens, const DepthLimits& limits, double least_image,
+                    BatchMargins* margins) {
   const CameraBlock<T> block(cameras, first, count, data.origin, data.unit);
   Output<T> near(count), far(count), image(count);
   hull.min_depth = static_cast<T>(limits.min / unit);
   hull.max_depth = static_cast<T>(limits.max / unit);
+  hull.least_image = static_cast<T>(least_image / unit);
   KernelsOf<T>(isa).frustum(hull, block.view(), LensOf<T>(lens),
                             {near.data(), far.data(), image.data()});
   near.CopyTo(&margins->near, unit, 0.0);
@@ -358,15 +360,16 @@ void BatchEvaluator::Score(const BatchScene& scene, const BatchCameras& cameras,
 
 void BatchEvaluator::CheckFrustum(const BatchScene& scene, const BatchCameras& cameras, int first,
                                   int count, const BatchLens& lens, const DepthLimits& limits,
-                                  BatchPrecision precision, BatchMargins* margins) const {
+                                  BatchPrecision precision, BatchMargins* margins,
+                                  double least_image) const {
   assert(first >= 0 && first + count <= cameras.size());
   const BatchScene::Data& data = scene.data();
   if (precision == BatchPrecision::kDouble) {
     CheckFrustumIn<double>(isa_, data, data.hull64.view, 1.0, cameras, first, count, lens, limits,
-                           margins);
+                           least_image, margins);
   } else {
     CheckFrustumIn<float>(isa_, data, data.hull32.view, data.unit, cameras, first, count, lens,
-                          limits, margins);
+                          limits, least_image, margins);
   }
 }
 

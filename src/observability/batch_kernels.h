@@ -60,6 +60,7 @@ struct HullView {
   const T* xyz;           ///< 3 entries a point between.
   T sag;                  ///< Largest of all.
   T min_depth, max_depth;
+  T least_image;  ///< Image margin that counts as 0.
 };
 
 template <class T>

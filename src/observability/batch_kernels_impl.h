@@ -754,7 +754,8 @@ void ScanFrustum(const HullView<T>& hull, const CamerasView<T>& cameras, const L
     const B near_bound = nearest - sag, far_bound = farthest + sag;
     const B image_bound = Fnma(steepness, sag, inside);
     const auto is_near = near_bound <= near_limit, is_far = far_bound >= far_limit;
-    const auto is_out = image_bound <= B(0);
+    const B image_limit(hull.least_image);
+    const auto is_out = image_bound <= image_limit;
     if (xsimd::any(is_near || is_far || is_out)) {
       // Elsewhere, the points of every chain that may hold the worst.
       Place from = place(hull.node);
@@ -776,7 +777,7 @@ void ScanFrustum(const HullView<T>& hull, const CamerasView<T>& cameras, const L
     // A camera's margins must not depend on its neighbours, whose points were visited too.
     (xsimd::select(is_near, nearest, near_bound) - near_limit).store_unaligned(out.near + first);
     (far_limit - xsimd::select(is_far, farthest, far_bound)).store_unaligned(out.far + first);
-    xsimd::select(is_out, inside, image_bound).store_unaligned(out.image + first);
+    (xsimd::select(is_out, inside, image_bound) - image_limit).store_unaligned(out.image + first);
   }
 }
 

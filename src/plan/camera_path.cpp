@@ -53,7 +53,8 @@ class SampleJudge {
     evaluator_.Score(view.scene, cameras_, 0, count, problem.lens, problem.objective.measure,
                      BatchPrecision::kDouble, false, &scores_);
     evaluator_.CheckFrustum(view.points ? *view.points : view.scene, cameras_, 0, count,
-                            problem.lens, model_.depth(), BatchPrecision::kDouble, &margins_);
+                            problem.lens, model_.depth(), BatchPrecision::kDouble, &margins_,
+                            model_.rim_margin());
     if (view.obstacles) {
       evaluator_.CheckObstacles(*view.obstacles, cameras_, 0, count, BatchPrecision::kDouble,
                                 &margins_);
@@ -63,7 +64,7 @@ class SampleJudge {
     for (int i = 0; i < count; ++i) {
       PlanMargins m{margins_.near[i],
                     margins_.far[i],
-                    margins_.image[i] - model_.rim_margin(),
+                    margins_.image[i],
                     view.obstacles ? margins_.occlusion[i] : kInfinity,
                     view.obstacles ? margins_.facing[i] : kInfinity,
                     kInfinity};

@@ -361,7 +361,7 @@ void CameraScorer::Load(const std::vector<Isometry3d>& X_WC) {
 void CameraScorer::Frustum(BatchPrecision precision, std::vector<PlanMargins>* margins) {
   const int poses = static_cast<int>(model_.offsets().size());
   evaluator_.CheckFrustum(model_.points(), cameras_, 0, count_ * poses, model_.problem().lens,
-                          model_.depth(), precision, &batch_margins_);
+                          model_.depth(), precision, &batch_margins_, model_.rim_margin());
   PlanMargins open;
   open.fill(kInfinity);
   margins->resize(count_, open);
@@ -374,7 +374,6 @@ void CameraScorer::Frustum(BatchPrecision precision, std::vector<PlanMargins>* m
       m[1] = std::min(m[1], batch_margins_.far[j]);
       m[2] = std::min(m[2], batch_margins_.image[j]);
     }
-    m[2] -= model_.rim_margin();
     for (const BatchBox& box : limits.keep_out) {
       m[5] = std::min(m[5], DistanceToBox(box, p_WC_[i]) - limits.clearance);
     }

@@ -216,10 +216,11 @@ class BatchEvaluator {
              const BatchLens& lens, BatchMeasure measure, BatchPrecision precision, bool with_least,
              BatchScores* scores) const;
 
-  /// Writes near, far and image.
+  /// Writes near, far and image. `least_image` is what a marker's own size takes of the image's margin [m]: the
+  /// margin is what is left of it, and as exact near 0 as without.
   void CheckFrustum(const BatchScene& scene, const BatchCameras& cameras, int first, int count,
                     const BatchLens& lens, const DepthLimits& limits, BatchPrecision precision,
-                    BatchMargins* margins) const;
+                    BatchMargins* margins, double least_image = 0.0) const;
 
   /// Writes occlusion and facing.
   void CheckObstacles(const BatchObstacles& obstacles, const BatchCameras& cameras, int first,
