@@ -145,6 +145,25 @@ double Square(double x) noexcept {
   return x * x;
 }
 
+using Gram =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
+
+// Singular values squared of points that stand still, relative to the first: a ten millionth of the motion.
+constexpr double kStandsStill = 1e-14;
+
+// Whether the s-th eigenvalue of the symmetric, positive semidefinite G counts. Mostly a Cholesky factor
+// settles it: that of G - c I is there only where all eigenvalues are above c.
+bool MovesInAll(const Gram& G, int s) noexcept {
+  constexpr double kClearly = 100.0;
+  if (s > G.rows()) return false;
+  const double clearly = kClearly * kStandsStill * G.trace();  // the trace is above the first eigenvalue
+  Gram shifted = G;
+  shifted.diagonal().array() -= clearly;
+  if (clearly > 0.0 && Eigen::LLT<Eigen::Ref<Gram>>(shifted).info() == Eigen::Success) return true;
+  const Measure reach = MeasureOf(G);
+  return s <= reach.size() && reach.sigma(s - 1) > kStandsStill * reach.sigma(0);
+}
+
 }  // namespace
 
 const char* Name(MeasureStatus status) noexcept {
@@ -389,9 +408,7 @@ LowCause DiagnoseLowMeasure(const SingularSystem& composite,
   if (s == 0 || composite.axes.rows() < rows_needed || points.empty()) return LowCause::kFeatures;
   if (!low) return LowCause::kNone;
 
-  // Squared singular values of the points' stacked Jacobians, good to 1e-16 of the first.
-  using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints,
-                             kMaxJoints>;
+  // Its eigenvalues are the squared singular values of the points' stacked Jacobians.
   const Eigen::Index n = composite.directions.rows();
   const auto worst_seen = composite.directions.col(s - 1);
   Gram gram = Gram::Zero(n, n);
@@ -400,12 +417,8 @@ LowCause DiagnoseLowMeasure(const SingularSystem& composite,
     gram.noalias() += A.transpose().lazyProduct(A);
     moved += A.lazyProduct(worst_seen).squaredNorm();
   }
-  constexpr double kStandsStill = 1e-14;  // of a square: to a ten millionth
-  const Measure reach = MeasureOf(gram);
-  if (s > reach.size() || !(reach.sigma(s - 1) > kStandsStill * reach.sigma(0))) {
-    return LowCause::kArm;
-  }
-  const double usual = gram.trace() / reach.size();
+  if (!MovesInAll(gram, s)) return LowCause::kArm;
+  const double usual = gram.trace() / static_cast<double>(std::min<Eigen::Index>(n, kTaskDimension));
   return moved < Square(options.arm_share) * usual ? LowCause::kArm : LowCause::kView;
 }
 
