@@ -215,7 +215,10 @@ class ServoProgram {
   void PublishReports(Outbox* outbox) {
     const LinkStats stats = link_.stats();
     ServoStatus status = outbox->status;
-    status.refused_messages += stats.total_refused();
+    for (int i = 0; i < kNumRefusals; ++i) {
+      status.CountRefused(FaultOf(static_cast<Refusal>(i)),
+                          stats.refused[static_cast<std::size_t>(i)]);
+    }
     status.dropped_messages += stats.dropped;
     CompleteReport(outbox->J_v, outbox->J_r, &outbox->observability);
     link_.Publish(kServoStatusChannel, status);

@@ -253,7 +253,7 @@ class Page {
          {"  stops ", TextStyle::kPlain},
          {std::to_string(s.stops), count(s.stops)},
          {"  refused ", TextStyle::kPlain},
-         {std::to_string(s.refused_messages), count(s.refused_messages)},
+         {s.refused_messages == 0 ? "0" : DescribeRefused(s), count(s.refused_messages)},
          {"  overwritten ", TextStyle::kPlain},
          {std::to_string(s.dropped_messages), TextStyle::kValue},
          {"  lost on the way here ", TextStyle::kPlain},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <bot_core/image_t.hpp>
@@ -133,6 +134,17 @@ Refusal CheckObservability(const vantage_msgs::observability_t& wire) noexcept {
   return checks.Stamp(wire.utime).result();
 }
 
+// In the order of InputFault.
+constexpr std::int64_t vantage_msgs::servo_status_t::*kRefusedBy[] = {
+    &vantage_msgs::servo_status_t::refused_malformed,
+    &vantage_msgs::servo_status_t::refused_wrong_size,
+    &vantage_msgs::servo_status_t::refused_not_finite,
+    &vantage_msgs::servo_status_t::refused_out_of_range,
+    &vantage_msgs::servo_status_t::refused_reordered,
+    &vantage_msgs::servo_status_t::refused_future,
+};
+static_assert(std::size(kRefusedBy) == kNumInputFaults);
+
 Refusal CheckStatus(const vantage_msgs::servo_status_t& wire) noexcept {
   Checks checks;
   checks
@@ -143,6 +155,7 @@ Refusal CheckStatus(const vantage_msgs::servo_status_t& wire) noexcept {
       .UpTo(static_cast<int>(HoldReason::kArmNotFollowing), wire.reason)
       .NotNegative({wire.seq, wire.markers_seen, wire.markers_needed, wire.deadline_misses,
                     wire.refused_messages, wire.dropped_messages, wire.stops});
+  for (const auto member : kRefusedBy) checks.NotNegative({wire.*member});
   return checks.Stamp(wire.utime).result();
 }
 
@@ -287,6 +300,7 @@ Refusal Decode(const void* data, std::size_t size, ServoStatus* out) noexcept {
   out->lateness_max_us = wire.lateness_max_us;
   out->deadline_misses = wire.deadline_misses;
   out->refused_messages = wire.refused_messages;
+  for (std::size_t i = 0; i < out->refused_by.size(); ++i) out->refused_by[i] = wire.*kRefusedBy[i];
   out->dropped_messages = wire.dropped_messages;
   out->stops = wire.stops;
   return Refusal::kNone;
@@ -415,6 +429,9 @@ void Encode(const ServoStatus& value, Bytes* out) {
   wire.lateness_max_us = value.lateness_max_us;
   wire.deadline_misses = value.deadline_misses;
   wire.refused_messages = value.refused_messages;
+  for (std::size_t i = 0; i < value.refused_by.size(); ++i) {
+    wire.*kRefusedBy[i] = value.refused_by[i];
+  }
   wire.dropped_messages = value.dropped_messages;
   wire.stops = value.stops;
   EncodeWire(wire, out);

@@ -36,4 +36,22 @@ const char* Name(Refusal refusal) noexcept {
   return "UNKNOWN";
 }
 
+InputFault FaultOf(Refusal refusal) noexcept {
+  switch (refusal) {
+    case Refusal::kLimit:
+      return InputFault::kWrongSize;
+    case Refusal::kNotFinite:
+      return InputFault::kNotFinite;
+    case Refusal::kOutOfRange:
+    case Refusal::kBadTime:
+      return InputFault::kOutOfRange;
+    case Refusal::kReordered:
+      return InputFault::kReordered;
+    case Refusal::kFuture:
+      return InputFault::kFuture;
+    default:
+      return InputFault::kMalformed;
+  }
+}
+
 }  // namespace vantage

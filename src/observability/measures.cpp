@@ -105,15 +105,15 @@ void MultiplyInto(const JacobianRef& J, const double* x, double* y) noexcept {
   }
 }
 
-void Fill(const RightSystem& system, double scale, int s, double rank_tolerance,
+void Fill(const double* sigmas, double scale, int s, double rank_tolerance,
           Measure* measure) noexcept {
   measure->status = MeasureStatus::kOk;
   measure->sigma.resize(s);
   double w = 1.0;
   int rank = 0;
-  const double least = rank_tolerance * system.sigma[0];
+  const double least = rank_tolerance * sigmas[0];
   for (int i = 0; i < s; ++i) {
-    const double sigma = system.sigma[i];
+    const double sigma = sigmas[i];
     measure->sigma(i) = scale * sigma;
     w *= scale * sigma;
     if (sigma > least) ++rank;
@@ -156,7 +156,8 @@ constexpr double kStandsStill = 1e-14;
 bool MovesInAll(const Gram& G, int s) noexcept {
   constexpr double kClearly = 100.0;
   if (s > G.rows()) return false;
-  const double clearly = kClearly * kStandsStill * G.trace();  // the trace is above the first eigenvalue
+  const double clearly =
+      kClearly * kStandsStill * G.trace();  // the trace is above the first eigenvalue
   Gram shifted = G;
   shifted.diagonal().array() -= clearly;
   if (clearly > 0.0 && Eigen::LLT<Eigen::Ref<Gram>>(shifted).info() == Eigen::Success) return true;
@@ -219,7 +220,7 @@ Measure MeasureOf(const JacobianRef& J, int task_dimension, double rank_toleranc
   const int s = std::min(A.columns, task_dimension);
   SolveRightSystem(&A, &system);
   Measure measure;
-  Fill(system, scale, s, rank_tolerance, &measure);
+  Fill(system.sigma, scale, s, rank_tolerance, &measure);
   return measure;
 }
 
@@ -242,6 +243,34 @@ Volume VolumeOf(const JacobianRef& J, double rank_tolerance) noexcept {
   return volume;
 }
 
+SingularSystem DecomposeNear(const JacobianRef& J, const TaskJacobian& directions) noexcept {
+  const auto rows = static_cast<int>(J.rows());
+  const auto columns = static_cast<int>(J.cols());
+  const bool fits = rows >= columns && rows <= ShortMatrix::kMaxRows && columns >= 1 &&
+                    columns <= kTaskDimension && directions.rows() == columns &&
+                    directions.cols() == columns;
+  if (!fits) return Decompose(J);
+  const double size = J.squaredNorm();
+  if (!(size > kSmallest && size < kLargest)) return Decompose(J);
+  ShortMatrix A{};
+  NearSystem near{};
+  A.columns = columns;
+  for (int j = 0; j < columns; ++j) {
+    std::copy_n(J.data() + j * J.outerStride(), rows, A.column[j]);
+    std::copy_n(directions.data() + j * directions.outerStride(), columns, near.vector[j]);
+  }
+  if (!SolveNear(A, &near)) return Decompose(J);
+  SingularSystem result;
+  Fill(near.sigma, 1.0, columns, kRankTolerance, &result.measure);
+  result.axes.resize(rows, columns);
+  result.directions.resize(columns, columns);
+  for (int i = 0; i < columns; ++i) {
+    std::copy_n(near.image[i], rows, result.axes.col(i).data());
+    std::copy_n(near.vector[i], columns, result.directions.col(i).data());
+  }
+  return result;
+}
+
 SingularSystem Decompose(const JacobianRef& J, int task_dimension, double rank_tolerance) noexcept {
   SingularSystem result;
   result.axes.resize(0, 0);
@@ -257,7 +286,7 @@ SingularSystem Decompose(const JacobianRef& J, int task_dimension, double rank_t
   const int columns = A.columns;
   const int s = std::min(columns, task_dimension);
   SolveRightSystem(&A, &system);
-  Fill(system, scale, s, rank_tolerance, &result.measure);
+  Fill(system.sigma, scale, s, rank_tolerance, &result.measure);
 
   const bool tall = J.rows() >= J.cols();
   const double zero = kRankTolerance * result.measure.sigma(0);
@@ -418,7 +447,8 @@ LowCause DiagnoseLowMeasure(const SingularSystem& composite,
     moved += A.lazyProduct(worst_seen).squaredNorm();
   }
   if (!MovesInAll(gram, s)) return LowCause::kArm;
-  const double usual = gram.trace() / static_cast<double>(std::min<Eigen::Index>(n, kTaskDimension));
+  const double usual =
+      gram.trace() / static_cast<double>(std::min<Eigen::Index>(n, kTaskDimension));
   return moved < Square(options.arm_share) * usual ? LowCause::kArm : LowCause::kView;
 }
 

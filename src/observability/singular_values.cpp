@@ -23,6 +23,10 @@ void SolveRightSystem(TallMatrix* A, RightSystem* system) noexcept {
   kernels.solve(A, system);
 }
 
+bool SolveNear(const ShortMatrix& A, NearSystem* system) noexcept {
+  return kernels.near(A, system);
+}
+
 void TriangleDiagonal(TallMatrix* A, double diagonal[TallMatrix::kMaxColumns]) noexcept {
   kernels.diagonal(A, diagonal);
 }

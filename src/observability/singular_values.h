@@ -26,6 +26,34 @@ struct RightSystem {
   alignas(64) double vector[TallMatrix::kMaxColumns][TallMatrix::kMaxColumns];
 };
 
+/// A matrix of few rows, column by column, each in the lanes of few registers.
+struct ShortMatrix {
+  static constexpr int kMaxRows = 8;
+  static constexpr int kMaxColumns = 8;
+  int columns{0};
+  /// column[j][i]; rows from the matrix' own to kMaxRows are 0.
+  alignas(64) double column[kMaxColumns][kMaxRows];
+};
+
+/// What is near the singular system that is looked for, and what was found.
+struct NearSystem {
+  /// In: near v_i, nearly orthonormal. Out: v_i. vector[i][j] is entry j; from `columns` on 0.
+  alignas(64) double vector[ShortMatrix::kMaxColumns][ShortMatrix::kMaxRows];
+  /// Out: σ_i u_i.
+  alignas(64) double image[ShortMatrix::kMaxColumns][ShortMatrix::kMaxRows];
+  double sigma[ShortMatrix::kMaxColumns];  ///< Out, descending.
+};
+
+/// One-sided Jacobi rotations on A times the given vectors: from those of a similar matrix two or three sweeps
+/// do, of small rotations, and no triangle is needed. The result is as exact as SolveRightSystem()'s
+/// whatever the vectors are.
+///
+/// @return false when the vectors are not nearly orthonormal or too many sweeps are needed: *system is then
+///   of no use.
+/// @pre as SolveRightSystem(); columns are at most the rows of A.
+/// Real-time safe.
+[[nodiscard]] bool SolveNear(const ShortMatrix& A, NearSystem* system) noexcept;
+
 /// One-sided Jacobi rotations on the transposed triangle of a QR decomposition with column pivoting: the
 /// triangle's rows are nearly orthogonal and sorted, so that three or four sweeps do.
 ///
@@ -47,6 +75,7 @@ void TriangleDiagonal(TallMatrix* A, double diagonal[TallMatrix::kMaxColumns]) n
 struct SingularKernels {
   void (*solve)(TallMatrix* A, RightSystem* system) noexcept;
   void (*diagonal)(TallMatrix* A, double* diagonal) noexcept;
+  bool (*near)(const ShortMatrix& A, NearSystem* system) noexcept;
 };
 [[nodiscard]] const SingularKernels& BaselineSingularKernels() noexcept;
 #ifdef VANTAGE_BATCH_X86

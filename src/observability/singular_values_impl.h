@@ -281,6 +281,18 @@ void Solve(TallMatrix* A, RightSystem* system) noexcept {
 
   int order[kMax];
   double sigma[kMax];
+  Sort(n, x, sigma, order);
+  for (int i = 0; i < n; ++i) {
+    const int from = order[i];
+    system->sigma[i] = sigma[from];
+    x[from].Scale(sigma[from] > 0.0 ? 1.0 / sigma[from] : 0.0);
+    x[from].Store(system->vector[i]);
+  }
+}
+
+// σ_j from the columns x, and their order by falling σ.
+template <typename Column>
+void Sort(int n, const Column* x, double* sigma, int* order) noexcept {
   for (int j = 0; j < n; ++j) {
     sigma[j] = __builtin_sqrt(x[j].Dot(x[j]));
     int place = j;  // insertion: few, and nearly sorted
@@ -289,12 +301,76 @@ void Solve(TallMatrix* A, RightSystem* system) noexcept {
     }
     order[place] = j;
   }
-  for (int i = 0; i < n; ++i) {
+}
+
+// A v beside v, rotated together; products are those of A v.
+template <int kWidth>
+struct ImagePair {
+  using Half = Lanes<kWidth, ShortMatrix::kMaxRows>;
+  Half image, vector;
+
+  void Add(double a, const ImagePair& x) noexcept {
+    image.Add(a, x.image);
+    vector.Add(a, x.vector);
+  }
+  void Scale(double a) noexcept {
+    image.Scale(a);
+    vector.Scale(a);
+  }
+  [[nodiscard]] double Dot(const ImagePair& x) const noexcept { return image.Dot(x.image); }
+};
+
+// Vectors that are further from orthonormal than this are no guess.
+constexpr double kNearlyOrthonormal = 1e-4;
+constexpr int kMaxNearSweeps = 5;
+
+// One step of Newton and Schulz, V (3 I - VᵀV) / 2: what was off by e is off by e² afterwards. False when that
+// is not within rounding, as for what is not finite.
+template <int kColumns, typename Half>
+bool Orthonormalise(Half* v) noexcept {
+  Half old[kColumns];
+  for (int i = 0; i < kColumns; ++i) old[i] = v[i];
+  double off2 = 0.0;
+  for (int i = 0; i < kColumns; ++i) {
+    for (int j = i; j < kColumns; ++j) {
+      const double e = old[i].Dot(old[j]) - (i == j ? 1.0 : 0.0);
+      off2 += e * e;
+      v[i].Add(-0.5 * e, old[j]);
+      if (i != j) v[j].Add(-0.5 * e, old[i]);
+    }
+  }
+  return off2 < kNearlyOrthonormal * kNearlyOrthonormal;
+}
+
+template <int kWidth, int kColumns>
+bool Near(const ShortMatrix& A, NearSystem* system) noexcept {
+  using Half = Lanes<kWidth, ShortMatrix::kMaxRows>;
+  Half v[kColumns];
+  for (int i = 0; i < kColumns; ++i) v[i] = Half::Load(system->vector[i]);
+  if (!Orthonormalise<kColumns>(v)) return false;
+  ImagePair<kWidth> x[kColumns];
+  for (int i = 0; i < kColumns; ++i) {
+    x[i].vector = v[i];
+    x[i].vector.Store(system->vector[i]);
+    x[i].image = Half::Zero();
+    for (int j = 0; j < kColumns; ++j) {
+      x[i].image.Add(system->vector[i][j], Half::Load(A.column[j]));
+    }
+  }
+  int sweep = 0;
+  while (!Sweep<kColumns>(kColumns, x)) {
+    if (++sweep == kMaxNearSweeps) return false;
+  }
+  int order[kColumns];
+  double sigma[kColumns];
+  Sort(kColumns, x, sigma, order);
+  for (int i = 0; i < kColumns; ++i) {
     const int from = order[i];
     system->sigma[i] = sigma[from];
-    x[from].Scale(sigma[from] > 0.0 ? 1.0 / sigma[from] : 0.0);
-    x[from].Store(system->vector[i]);
+    x[from].image.Store(system->image[i]);
+    x[from].vector.Store(system->vector[i]);
   }
+  return true;
 }
 
 template <int kWidth, int kColumns>
@@ -323,8 +399,17 @@ void DiagonalOfAny(TallMatrix* A, double* diagonal) noexcept {
 }
 
 template <int kWidth>
+bool NearAny(const ShortMatrix& A, NearSystem* system) noexcept {
+  using Case = bool (*)(const ShortMatrix&, NearSystem*) noexcept;
+  static constexpr Case kCases[] = {Near<kWidth, 1>, Near<kWidth, 2>, Near<kWidth, 3>,
+                                    Near<kWidth, 4>, Near<kWidth, 5>, Near<kWidth, 6>,
+                                    Near<kWidth, 7>, Near<kWidth, 8>};
+  return kCases[A.columns - 1](A, system);
+}
+
+template <int kWidth>
 constexpr SingularKernels MakeSingularKernels() noexcept {
-  return {SolveAny<kWidth>, DiagonalOfAny<kWidth>};
+  return {SolveAny<kWidth>, DiagonalOfAny<kWidth>, NearAny<kWidth>};
 }
 
 }  // namespace

@@ -22,9 +22,10 @@ constexpr std::size_t kSnapshotsKept = 5000;
 
 // What tells of the machine and not of the servo.
 const std::set<std::string> kNotReproduced{
-    "loop_time_us",      "loop_time_max_us", "loop_time_p50_us", "loop_time_p99_us",
-    "loop_time_p999_us", "lateness_p999_us", "lateness_max_us",  "deadline_misses",
-    "refused_messages",  "dropped_messages"};
+    "loop_time_us",       "loop_time_max_us",     "loop_time_p50_us",  "loop_time_p99_us",
+    "loop_time_p999_us",  "lateness_p999_us",     "lateness_max_us",   "deadline_misses",
+    "refused_messages",   "dropped_messages",     "refused_malformed", "refused_wrong_size",
+    "refused_not_finite", "refused_out_of_range", "refused_reordered", "refused_future"};
 
 const char* const kCompared[] = {kJointCommandChannel, kObservabilityChannel, kServoStatusChannel,
                                  kCameraPoseCommandChannel};

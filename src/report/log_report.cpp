@@ -104,7 +104,7 @@ void AddStops(const RunLog& log, HtmlPage* page) {
   rows.clear();
   if (!log.statuses.empty()) {
     const ServoStatus& last = log.statuses.back();
-    rows.push_back({"messages the servo refused", std::to_string(last.refused_messages)});
+    rows.push_back({"messages the servo refused", DescribeRefused(last)});
     rows.push_back(
         {"messages overwritten by newer ones before use", std::to_string(last.dropped_messages)});
     rows.push_back({"periods that began late", std::to_string(last.deadline_misses)});

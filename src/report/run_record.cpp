@@ -112,6 +112,10 @@ void WriteSummary(const RunSummary& summary, const std::string& path) {
   json["lateness_p999_us"] = Number(summary.status.lateness_p999_us);
   json["lateness_max_us"] = Number(summary.status.lateness_max_us);
   json["refused_messages"] = summary.status.refused_messages;
+  for (int i = 0; i < kNumInputFaults; ++i) {
+    json["refused_by_reason"][Name(static_cast<InputFault>(i))] =
+        summary.status.refused_by[static_cast<std::size_t>(i)];
+  }
   json["dropped_messages"] = summary.status.dropped_messages;
   json["limit_violations"] = summary.limit_violations;
   std::ofstream file = Open(path);

@@ -177,15 +177,18 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   snapshot_.goal_count = static_cast<int>(count);
 }
 
+bool Servo::Refuse(InputFault fault) noexcept {
+  output_.status.CountRefused(fault);
+  return false;
+}
+
 bool Servo::Accept(const JointState& state, Time now) noexcept {
   const int n = task_.view.arm.size();
-  const bool good = state.q.size() == n && state.qdot.size() == n && state.q.allFinite() &&
-                    state.qdot.allFinite() && state.stamp <= now + kFutureTolerance;
+  if (state.q.size() != n || state.qdot.size() != n) return Refuse(InputFault::kWrongSize);
+  if (!state.q.allFinite() || !state.qdot.allFinite()) return Refuse(InputFault::kNotFinite);
+  if (state.stamp > now + kFutureTolerance) return Refuse(InputFault::kFuture);
   const bool first = joints_.empty();
-  if (!good || !joints_.Push(state.stamp, state.q)) {
-    ++output_.status.refused_messages;
-    return false;
-  }
+  if (!joints_.Push(state.stamp, state.q)) return Refuse(InputFault::kReordered);
   if (first) {
     // The arm may be moving already (a restart): the first commands ramp from what it does.
     qdot_ = state.qdot;
@@ -195,25 +198,25 @@ bool Servo::Accept(const JointState& state, Time now) noexcept {
 }
 
 bool Servo::Accept(const CameraPose& pose, Time now) noexcept {
-  if (!IsPose(pose.X_WC) || pose.stamp > now + kFutureTolerance ||
-      !poses_.Push(pose.stamp, pose.X_WC)) {
-    ++output_.status.refused_messages;
-    return false;
-  }
+  if (!pose.X_WC.matrix().allFinite()) return Refuse(InputFault::kNotFinite);
+  if (!IsPose(pose.X_WC)) return Refuse(InputFault::kOutOfRange);
+  if (pose.stamp > now + kFutureTolerance) return Refuse(InputFault::kFuture);
+  if (!poses_.Push(pose.stamp, pose.X_WC)) return Refuse(InputFault::kReordered);
   V_WC_C_ = CameraTwist();
   return true;
 }
 
 bool Servo::Accept(const ImageFeatures& features, Time now) noexcept {
-  bool good = features.count >= 0 && features.count <= kMaxMarkers && IsPose(features.X_WC) &&
-              features.exposure <= now + kFutureTolerance &&
-              (!has_features_ || features.exposure > features_.exposure);
-  for (int i = 0; good && i < features.count; ++i) {
-    good = !features.markers[i].valid || features.markers[i].pixel.allFinite();
+  if (features.count < 0 || features.count > kMaxMarkers) return Refuse(InputFault::kWrongSize);
+  if (!features.X_WC.matrix().allFinite()) return Refuse(InputFault::kNotFinite);
+  if (!IsPose(features.X_WC)) return Refuse(InputFault::kOutOfRange);
+  for (int i = 0; i < features.count; ++i) {
+    const MarkerMeasurement& marker = features.markers[i];
+    if (marker.valid && !marker.pixel.allFinite()) return Refuse(InputFault::kNotFinite);
   }
-  if (!good) {
-    ++output_.status.refused_messages;
-    return false;
+  if (features.exposure > now + kFutureTolerance) return Refuse(InputFault::kFuture);
+  if (has_features_ && features.exposure <= features_.exposure) {
+    return Refuse(InputFault::kReordered);
   }
   features_ = features;
   has_features_ = true;
@@ -382,8 +385,8 @@ void Servo::FitGoalLayout() noexcept {
     const bool seen = goal_last_seen_[i] && *goal_last_seen_[i] == features_.exposure;
     const auto at = Project(X_CW * p_WMarker_[i]);
     if (!seen || !at) continue;
-    points[static_cast<std::size_t>(count++)] = {
-        X_CW.linear() * (task_.goal.p_WG[i] - p_WOrigin), at->n + goal_offset_[i]};
+    points[static_cast<std::size_t>(count++)] = {X_CW.linear() * (task_.goal.p_WG[i] - p_WOrigin),
+                                                 at->n + goal_offset_[i]};
   }
   LayoutErrors errors;
   errors.n = kAveragedShare * options_.feature_noise_px / task_.view.camera.fx;
@@ -499,7 +502,8 @@ HoldReason Servo::Control(Time now) noexcept {
   output_.J_r = kinematics_.J_WE_W;
   const TaskJacobian J_c = output_.J_v.lazyProduct(output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
-  const SingularSystem system = Decompose(J_c);
+  const SingularSystem system = DecomposeNear(J_c, directions_);
+  directions_ = system.directions;
   if (system.measure.status != MeasureStatus::kOk || !output_.error.allFinite()) {
     return HoldReason::kNotFinite;
   }

@@ -62,6 +62,35 @@ const char* Name(HoldReason reason) noexcept {
   return "UNKNOWN";
 }
 
+const char* Name(InputFault fault) noexcept {
+  switch (fault) {
+    case InputFault::kMalformed:
+      return "MALFORMED";
+    case InputFault::kWrongSize:
+      return "WRONG_SIZE";
+    case InputFault::kNotFinite:
+      return "NOT_FINITE";
+    case InputFault::kOutOfRange:
+      return "OUT_OF_RANGE";
+    case InputFault::kReordered:
+      return "REORDERED";
+    case InputFault::kFuture:
+      return "FUTURE";
+  }
+  return "UNKNOWN";
+}
+
+std::string DescribeRefused(const ServoStatus& status) {
+  std::string text;
+  for (int i = 0; i < kNumInputFaults; ++i) {
+    const std::int64_t count = status.refused_by[static_cast<std::size_t>(i)];
+    if (count == 0) continue;
+    if (!text.empty()) text += ", ";
+    text += std::to_string(count) + " " + Name(static_cast<InputFault>(i));
+  }
+  return text.empty() ? "none" : text;
+}
+
 const char* Name(LowCause cause) noexcept {
   switch (cause) {
     case LowCause::kNone:

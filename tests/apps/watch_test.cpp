@@ -57,18 +57,30 @@ const WatchHeader kHeader{"udpm://x", true, false};
 
 TEST(WatchView, ShowsStateReasonMeasuresJointsAndTraffic) {
   const std::string text = Text(RenderWatch(Full(), kHeader, kNow, 120, 100));
-  for (const char* part : {"some-scenario",   "udpm://x",
-                           "HOLDING",         "STALE_FEATURES",
-                           "markers 3/4",     "camera MOVING MARKER_AT_RISK, 4 moves",
-                           "low: VIEW",       "true error 20.0 mm",
-                           "sigma_min",       "200.0",
-                           "/ 120.0",         "7.500",
-                           "1.50e+17",        "rank 3/3",
-                           "condition 4.000", "wrist_roll",
-                           "deg/s",           "took 6.2 us",
-                           "late 1",          "stops 5",
-                           "refused 2",       "OBSERVABILITY",
-                           "servo_status_t",  "What happened"}) {
+  for (const char* part : {"some-scenario",
+                           "udpm://x",
+                           "HOLDING",
+                           "STALE_FEATURES",
+                           "markers 3/4",
+                           "camera MOVING MARKER_AT_RISK, 4 moves",
+                           "low: VIEW",
+                           "true error 20.0 mm",
+                           "sigma_min",
+                           "200.0",
+                           "/ 120.0",
+                           "7.500",
+                           "1.50e+17",
+                           "rank 3/3",
+                           "condition 4.000",
+                           "wrist_roll",
+                           "deg/s",
+                           "took 6.2 us",
+                           "late 1",
+                           "stops 5",
+                           "refused 1 MALFORMED",
+                           "OBSERVABILITY",
+                           "servo_status_t",
+                           "What happened"}) {
     EXPECT_TRUE(Contains(text, part)) << part << "\n" << text;
   }
 }

@@ -208,6 +208,7 @@ TEST(RoundTrip, ServoStatus) {
   EXPECT_EQ(got.lateness_max_us, sent.lateness_max_us);
   EXPECT_EQ(got.deadline_misses, sent.deadline_misses);
   EXPECT_EQ(got.refused_messages, sent.refused_messages);
+  EXPECT_EQ(got.refused_by, sent.refused_by);
   EXPECT_EQ(got.dropped_messages, sent.dropped_messages);
   EXPECT_EQ(got.stops, sent.stops);
 }
@@ -644,8 +645,11 @@ TEST(ServoStatusRefusals, OneByOne) {
   for (std::int32_t Wire::*member : {&Wire::markers_seen, &Wire::markers_needed}) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = -1; }), Refusal::kOutOfRange);
   }
-  for (std::int64_t Wire::*member : {&Wire::seq, &Wire::deadline_misses, &Wire::refused_messages,
-                                     &Wire::dropped_messages, &Wire::stops}) {
+  for (std::int64_t Wire::*member :
+       {&Wire::seq, &Wire::deadline_misses, &Wire::refused_messages, &Wire::dropped_messages,
+        &Wire::stops, &Wire::refused_malformed, &Wire::refused_wrong_size,
+        &Wire::refused_not_finite, &Wire::refused_out_of_range, &Wire::refused_reordered,
+        &Wire::refused_future}) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = -1; }), Refusal::kOutOfRange);
   }
   EXPECT_EQ(changed([](Wire* m) { m->utime = -1; }), Refusal::kBadTime);

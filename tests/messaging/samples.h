@@ -102,7 +102,8 @@ inline ServoStatus SampleServoStatus() {
   value.lateness_p999_us = 41.0;
   value.lateness_max_us = 55.5;
   value.deadline_misses = 1;
-  value.refused_messages = 2;
+  value.refused_messages = 21;
+  value.refused_by = {1, 2, 3, 4, 5, 6};
   value.dropped_messages = 3;
   value.stops = 5;
   return value;

@@ -100,6 +100,53 @@ TEST_P(EveryShape, DecompositionRebuildsTheMatrix) {
   }
 }
 
+TEST_P(EveryShape, DecompositionFromANeighbourIsAsExact) {
+  const auto [rows, columns] = GetParam();
+  std::mt19937 random(23);
+  for (const double decades : {0.0, 3.0, 5.0}) {
+    for (const double change : {0.0, 1e-9, 1e-4, 1e-2, 1.0}) {
+      const MatrixXd before = GradedMatrix(&random, rows, columns, decades);
+      const MatrixXd J = before + 300.0 * change * RandomMatrix(&random, rows, columns);
+      TaskJacobian directions = Decompose(before).directions;
+      // Vectors that have lost some of their orthonormality on the way.
+      directions.array() += 1e-12;
+      const SingularSystem system = DecomposeNear(J, directions);
+      if (rows < columns) {  // no shorter way for these
+        EXPECT_EQ(system.axes, Decompose(J).axes);
+        continue;
+      }
+      const VectorXd expected = Reference(J).head(system.measure.size());
+      const double sigma_1 = expected(0);
+      EXPECT_TRUE(test::Near(system.measure.sigma, expected, 5e-15 * sigma_1));
+      const Eigen::Index s = system.measure.size();
+      const auto& V = system.directions;
+      EXPECT_TRUE(test::Near(V.transpose() * V, MatrixXd::Identity(s, s), 1e-13));
+      EXPECT_TRUE(test::Near(J * V, system.axes, 1e-14 * sigma_1));
+      const MatrixXd off = system.axes.transpose() * system.axes;
+      for (Eigen::Index i = 0; i < s; ++i) {
+        for (Eigen::Index j = 0; j < i; ++j) {
+          EXPECT_LE(std::abs(off(i, j)), 1e-13 * sigma_1 * system.measure.sigma(j));
+        }
+      }
+    }
+  }
+}
+
+TEST(DecomposeNear, SaysOfLostDirectionsAndBadMatricesWhatDecomposeSays) {
+  std::mt19937 random(24);
+  MatrixXd J = RandomMatrix(&random, 8, 6);
+  const TaskJacobian directions = Decompose(J).directions;
+  J.col(5) = J.col(0) - J.col(1);
+  EXPECT_EQ(DecomposeNear(J, directions).measure.rank, 5);
+  EXPECT_EQ(DecomposeNear(MatrixXd::Zero(8, 6), directions).measure.w, 0.0);
+  J(3, 3) = kNaN;
+  EXPECT_EQ(DecomposeNear(J, directions).measure.status, MeasureStatus::kNotFinite);
+  EXPECT_EQ(DecomposeNear(MatrixXd(0, 6), directions).measure.status, MeasureStatus::kEmpty);
+  const MatrixXd good = RandomMatrix(&random, 8, 6);
+  EXPECT_TRUE(test::Near(DecomposeNear(good, TaskJacobian::Constant(6, 6, kNaN)).measure.sigma,
+                         Reference(good), 1e-14));
+}
+
 TEST_P(EveryShape, PseudoInverseMeetsPenrosesConditions) {
   const auto [rows, columns] = GetParam();
   std::mt19937 random(23);

@@ -304,7 +304,10 @@ TEST(Servo, RefusesBadInputsOneByOne) {
   image.exposure = next;
   image.count = kMaxMarkers + 1;
   EXPECT_FALSE(run.servo.Accept(image, next)) << "too many markers";
-  EXPECT_EQ(run.servo.Step(next).status.refused_messages, 8);
+  const ServoStatus& status = run.servo.Step(next).status;
+  EXPECT_EQ(status.refused_messages, 8);
+  EXPECT_EQ(DescribeRefused(status),
+            "2 WRONG_SIZE, 3 NOT_FINITE, 1 OUT_OF_RANGE, 1 REORDERED, 1 FUTURE");
 }
 
 TEST(Servo, TheOperatorStopsIt) {

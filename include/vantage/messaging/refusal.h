@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 
+#include "vantage/servo/servo_report.h"
+
 namespace vantage {
 
 /// Why a message from outside was not used. The checks run in this order; the first that fails names
@@ -28,6 +30,9 @@ inline constexpr int kNumRefusals = static_cast<int>(Refusal::kFuture) + 1;
 
 /// "TOO_LARGE", "NOT_FINITE", ...
 [[nodiscard]] const char* Name(Refusal refusal) noexcept;
+
+/// As a servo's status has it.
+[[nodiscard]] InputFault FaultOf(Refusal refusal) noexcept;
 
 /// Messages refused, by reason.
 using RefusalCounts = std::array<std::int64_t, kNumRefusals>;

@@ -115,6 +115,13 @@ struct SingularSystem {
 [[nodiscard]] SingularSystem Decompose(const JacobianRef& J, int task_dimension = kTaskDimension,
                                        double rank_tolerance = kRankTolerance) noexcept;
 
+/// The same as Decompose(J), to rounding, faster where the directions of a similar matrix are known: those of
+/// the period before.
+/// @param directions  Of that system. Any matrix will do: what does not help is not used.
+/// Real-time safe.
+[[nodiscard]] SingularSystem DecomposeNear(const JacobianRef& J,
+                                           const TaskJacobian& directions) noexcept;
+
 /// Moore-Penrose inverse (columns×rows) over the singular values that count for the rank.
 /// Real-time safe.
 using PseudoInverseMatrix =

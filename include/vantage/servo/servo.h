@@ -76,7 +76,8 @@ class Servo {
   Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& trigger);
 
   /// Inputs. Each is checked (sizes, finite, increasing stamps, not from the future); false, and
-  /// nothing changed, when it is refused. Refusals are counted in the status.
+  /// nothing changed, when it is refused. Refusals are counted by reason in the
+  /// status.
   bool Accept(const JointState& state, Time now) noexcept;
   bool Accept(const CameraPose& pose, Time now) noexcept;
   bool Accept(const ImageFeatures& features, Time now) noexcept;
@@ -94,6 +95,7 @@ class Servo {
  private:
   static constexpr int kHistory = 512;
 
+  bool Refuse(InputFault fault) noexcept;
   [[nodiscard]] HoldReason CheckInputs(Time now) const noexcept;
   [[nodiscard]] Twist CameraTwist() const noexcept;
   void PredictState(Time now) noexcept;
@@ -172,6 +174,7 @@ class Servo {
   FeatureRows current_rows_, goal_rows_, soon_rows_;
   std::vector<Eigen::Vector3d> p_EM_W_;         // from E's origin to each marker, in world axes
   std::vector<PointJacobian> point_jacobians_;  // of the markers, where the measure is low
+  TaskJacobian directions_{0, 0};               // of J_c one period ago
   PathReference reference_;
   Eigen::Isometry3d X_WE_goal_{Eigen::Isometry3d::Identity()};  // at active_.q_goal
   double remaining_mm_{0.0};  // worst marker's distance to its goal point, by the image

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string>
 
 #include <Eigen/Core>
 
@@ -43,9 +45,21 @@ enum class HoldReason : int {
   kArmNotFollowing = 13,   ///< The arm is far from where it was told to be: a fault.
 };
 
+/// Why a message from outside was not used.
+enum class InputFault : int {
+  kMalformed = 0,   ///< Not a message of its type.
+  kWrongSize = 1,   ///< More or fewer joints, markers or rows than fit.
+  kNotFinite = 2,   ///< A NaN or an infinity.
+  kOutOfRange = 3,  ///< A value that cannot be: a rotation that is none, a time before any.
+  kReordered = 4,   ///< Not newer than the one before it: late, twice or frozen.
+  kFuture = 5,      ///< Stamped later than now: another clock.
+};
+inline constexpr int kNumInputFaults = static_cast<int>(InputFault::kFuture) + 1;
+
 /// Names as printed and logged: "SERVOING", "STALE_JOINT_STATE", ...
 [[nodiscard]] const char* Name(ServoState state) noexcept;
 [[nodiscard]] const char* Name(HoldReason reason) noexcept;
+[[nodiscard]] const char* Name(InputFault fault) noexcept;  ///< "MALFORMED", "WRONG_SIZE", ...
 [[nodiscard]] const char* Name(LowCause cause) noexcept;
 [[nodiscard]] const char* Name(ActiveState state) noexcept;
 [[nodiscard]] const char* Name(ActiveReason reason) noexcept;
@@ -94,8 +108,17 @@ struct ServoStatus {
   double lateness_p999_us{0.0}, lateness_max_us{0.0};
   std::int64_t deadline_misses{0};
   std::int64_t refused_messages{0};  ///< Messages from outside that failed a check.
+  std::array<std::int64_t, kNumInputFaults> refused_by{};  ///< The same by InputFault.
   std::int64_t dropped_messages{0};  ///< Messages overwritten by newer ones before they were used.
   std::int64_t stops{0};             ///< Times the servo went from moving to HOLDING or FAULT.
+
+  void CountRefused(InputFault fault, std::int64_t messages = 1) noexcept {
+    refused_messages += messages;
+    refused_by[static_cast<std::size_t>(fault)] += messages;
+  }
 };
+
+/// Refusals for people: "3 REORDERED, 1 NOT_FINITE"; "none".
+[[nodiscard]] std::string DescribeRefused(const ServoStatus& status);
 
 }  // namespace vantage
