@@ -16,7 +16,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = M_PI / 180.0;
-constexpr int kTaskDraws = 50000;
+constexpr int kTaskDraws = 2000000;
 constexpr int kCameraDraws = 3000;
 
 const char* NameOf(ArmSet arms) {

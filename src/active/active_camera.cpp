@@ -1,6 +1,8 @@
 #include "vantage/active/active_camera.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -302,12 +304,22 @@ void ActiveCamera::Plan(const ActiveInputs& inputs, ActiveReason reason) {
   request.stay_is_spoiled = reason == ActiveReason::kMarkerLost ||
                             (reason == ActiveReason::kStalled && !inputs.uncertified);
   request.may_lose = reason == ActiveReason::kMarkerLost;
-  ViewPlan plan = PlanView(model_, rig_, options_.trigger, options_.planner, request);
+  // Where the usual candidates are no good, more of them are looked at.
+  PlannerOptions options = options_.planner;
+  options.candidates *= patience;
+  ViewPlan plan = PlanView(model_, rig_, options_.trigger, options, request);
   if (plan.verdict == PlanVerdict::kNoPath && !request.may_lose) {
     request.may_lose = true;
-    plan = PlanView(model_, rig_, options_.trigger, options_.planner, request);
+    plan = PlanView(model_, rig_, options_.trigger, options, request);
+  }
+  // A view of the arm alone keeps the task going towards where the goal was seen last.
+  if (plan.verdict == PlanVerdict::kNoView && !inputs.goal_markers.empty()) {
+    request.may_lose = true;
+    request.goal_optional = true;
+    plan = PlanView(model_, rig_, options_.trigger, options, request);
   }
   output_.refusal = RefusalOf(plan.verdict);
+  if (getenv("VDBG")) fprintf(stderr, "t=%.2f reason=%d lost=%d verdict=%s stay=%.2f/%d/%s move=%.2f/%d may_lose=%d cert=%d opt=%d loses=%d mm=%.2f err=%.2f dist=%.3f\n", ToSeconds(inputs.now.time_since_epoch()), (int)reason, inputs.markers_lost, Name(plan.verdict), plan.stay.score, plan.stay.seen, Name(plan.stay.fault), plan.move.score, plan.move.seen, request.may_lose, request.certify, request.goal_optional, plan.loses, inputs.mm_per_px, inputs.error_px, (inputs.q_goal-inputs.q).norm());
   if (plan.verdict == PlanVerdict::kMove) {
     Begin(plan.path, plan.gain, plan.loses);
   } else {

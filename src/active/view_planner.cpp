@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -48,6 +49,9 @@ struct SampleValue {
   double log_value{0.0};
   int sign{0};
 };
+
+// Markers of the arm, then those of the goal.
+using MarkerSet = std::bitset<2 * kMaxPoints>;
 
 using SampleValues = std::array<SampleValue, kMaxPathSamples>;
 
@@ -134,6 +138,9 @@ class Scene {
   /// Makes the certificate of the motion's end count before all else.
   void Certify() { certify_ = true; }
 
+  /// Leaves the goal's markers out of what must be seen; they stand in the way all the same.
+  void NeglectGoal() { goal_optional_ = true; }
+
   /// Makes every view answer for one more configuration, right after the first.
   void AlsoSee(const ArmSample& soon) { soon_ = &soon; }
 
@@ -155,7 +162,21 @@ class Scene {
              IsCovered(p_WC, marker, goal_markers_);
     };
     return std::any_of(sample.markers.begin(), sample.markers.end(), hidden) ||
-           std::any_of(goal_markers_.begin(), goal_markers_.end(), hidden);
+           (!goal_optional_ && std::any_of(goal_markers_.begin(), goal_markers_.end(), hidden));
+  }
+
+  /// The markers that are seen, of those that must be.
+  [[nodiscard]] MarkerSet Seen(const ArmSample& sample, const Isometry3d& X_WC) const {
+    MarkerSet seen;
+    const auto look = [&](const std::vector<PlacedMarker>& markers, std::size_t first) {
+      for (std::size_t i = 0; i < markers.size(); ++i) {
+        seen[first + i] = CheckMarkerAmong(model_.camera, options_.limits, X_WC, markers[i], sample,
+                                           goal_markers_) == ViewFault::kNone;
+      }
+    };
+    look(sample.markers, 0);
+    if (!goal_optional_) look(goal_markers_, kMaxPoints);
+    return seen;
   }
 
   [[nodiscard]] bool Sees(const ArmSample& sample, const Isometry3d& X_WC) const {
@@ -239,7 +260,7 @@ class Scene {
     for (const ArmSample& sample : motion_) {
       std::for_each(sample.markers.begin(), sample.markers.end(), include);
     }
-    std::for_each(goal_markers_.begin(), goal_markers_.end(), include);
+    if (!goal_optional_) std::for_each(goal_markers_.begin(), goal_markers_.end(), include);
     return 0.5 * (lower + upper);
   }
 
@@ -247,6 +268,7 @@ class Scene {
 
  private:
   [[nodiscard]] ViewFault GoalMarkers(const Isometry3d& X_WC) const {
+    if (goal_optional_) return ViewFault::kNone;
     for (const PlacedMarker& marker : goal_markers_) {
       const ViewFault fault = CheckMarkerUnobstructed(model_.camera, options_.limits, X_WC, marker);
       if (fault != ViewFault::kNone) return fault;
@@ -261,6 +283,7 @@ class Scene {
   const std::vector<PlacedMarker>& goal_markers_;
   const ArmSample* soon_{nullptr};
   bool certify_{false};
+  bool goal_optional_{false};
   double highest_{0.0}, lowest_{0.0};
 };
 
@@ -386,24 +409,23 @@ Candidate Refine(const CameraRig& rig, const Vector3d& aim_W, Candidate best, Se
   return best;
 }
 
-// Stations of a way at which some marker is not seen, given where the arm is by then. Those before the
-// first station that sees all do not count when the start does not either.
+// How often a marker that was seen is not seen any more at the stations of a way, given where the arm is
+// by then.
 int CountLosses(const Scene& scene, const CameraRig& rig, const RigMotion& motion,
-                double progress_rate, bool seen_at_start, int seen_at_end) {
+                double progress_rate, MarkerSet seen, int seen_at_end) {
   const RigPath& path = motion.path();
   const double length = path.Length();
   const int stations =
       std::clamp(static_cast<int>(length / kStationSpacing), kLeastStations, kMostStations);
   int losses = 0;
-  bool seen = seen_at_start;
   for (int i = 1; i <= stations; ++i) {
     const double s = static_cast<double>(i) / stations;
     const double progress = 1.0 - std::exp(-progress_rate * motion.TimeAt(s));
     const int last = std::max(0, std::min(scene.size(), seen_at_end) - 1);
     const int sample = std::min(last, static_cast<int>(std::lround(progress * (scene.size() - 1))));
-    const bool sees = scene.Sees(scene.motion()[sample], RigPose(rig, path.At(s)));
-    if (seen && !sees) ++losses;
-    seen = seen || sees;
+    const MarkerSet now = scene.Seen(scene.motion()[sample], RigPose(rig, path.At(s)));
+    losses += static_cast<int>((seen & ~now).count());
+    seen = now;
   }
   return losses;
 }
@@ -417,7 +439,7 @@ struct Way {
 
 // The fastest way that loses no marker; where some may be lost, the one with the fewest losses.
 Way FindWay(const Scene& scene, const CameraRig& rig, const PlanRequest& request,
-            const Vector3d& aim_W, const Candidate& to, bool seen_at_start) {
+            const Vector3d& aim_W, const Candidate& to, const MarkerSet& seen_at_start) {
   Way best;
   for (const RigPath& path : PathsBetween(rig, request.q_c, to.q_c, aim_W)) {
     const RigMotion motion(rig, path);
@@ -520,6 +542,7 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
     scene.AlsoSee(soon);
   }
   if (request.certify) scene.Certify();
+  if (request.goal_optional) scene.NeglectGoal();
 
   ViewPlan plan;
   const Isometry3d X_WStay = RigPose(rig, request.q_c_stay);
@@ -530,7 +553,7 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
   }
   const double stay_score = request.stay_is_spoiled ? scene.lowest() : plan.stay.score;
   const double wanted = stay_score + std::log1p(options.min_gain);
-  const bool seen_at_start = scene.Sees(motion[0], RigPose(rig, request.q_c));
+  const MarkerSet seen_at_start = scene.Seen(motion[0], RigPose(rig, request.q_c));
 
   const Vector3d aim_W = scene.Aim();
   Search search(scene, rig, options, request.q_c);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "vantage/math/error.h"
+#include "vantage/servo/layout_fit.h"
 
 namespace vantage {
 namespace {
@@ -39,6 +40,8 @@ constexpr double kArrivalLever = 0.1;
 // least so much [m], and this many times what the image says it is off by across the ray.
 constexpr double kEstimateFloor = 0.015;
 constexpr double kDepthFactor = 2.0;
+// What is left of a single image's noise in where a marker of the goal is on average.
+constexpr double kAveragedShare = 0.35;
 // Share of a change of that weighing that one image makes.
 constexpr double kArrivalBlend = 0.1;
 // Slower than this the arm counts as standing [rad/s or m/s]; averages then take this many times longer.
@@ -151,6 +154,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   markers_needed_ = static_cast<int>(std::count(needed_.begin(), needed_.end(), true));
   for (const Vector3d& p_WG : task_.goal.p_WG) goal_.emplace_back(p_WG, task_.goal.prior_sigma);
   std::copy(task_.goal.p_WG.begin(), task_.goal.p_WG.end(), p_WMarker_.begin());
+  p_WLayout_ = p_WMarker_;
   goal_offset_.fill(Vector2d::Zero());
   limits_ = task_.view.arm.limits();
   for (JointLimits& limit : limits_) {
@@ -294,6 +298,7 @@ void Servo::UseImage() noexcept {
       ++goals_lost_;
     }
   }
+  FitGoalLayout();
   X_WC_image_ = features_.X_WC;
   image_is_new_ = false;
 }
@@ -343,22 +348,50 @@ bool Servo::NewView(std::size_t marker) noexcept {
   return true;
 }
 
-// Where a marker of the goal stands: as estimated; and once the arm stands at its goal in the image, in
-// depth as well as the arm knows, weighed by what either is good for.
+// Where a marker of the goal stands: as estimated; in depth also as the size of the goal in the image says,
+// and once the arm stands at its goal in the image as the arm knows, each weighed by what it is good for.
 void Servo::PlaceGoalMarker(std::size_t marker) noexcept {
   const Vector3d& p_WG = goal_[marker].p_WG();
   const Vector3d& offset_W = task_.goal.offset_W;
   const Vector3d sight = p_WG - features_.X_WC.translation();
   const Vector3d ray = sight.normalized();
   const double across = goal_offset_[marker].norm() * sight.norm();
-  const double estimate = ray.dot(goal_[marker].covariance() * ray) +
-                          std::pow(std::hypot(kEstimateFloor, kDepthFactor * across), 2);
-  const double arrival = std::pow(std::hypot(kArrivalSigma, kArrivalLever * offset_W.norm()), 2);
-  double& weight = arrival_weight_[marker];
+  const double estimate = 1.0 / (ray.dot(goal_[marker].covariance() * ray) +
+                                 std::pow(std::hypot(kEstimateFloor, kDepthFactor * across), 2));
   const bool at_rest = arrived_ && !(task_.goal.max_speed > 0.0);
-  weight += kArrivalBlend * ((at_rest ? estimate / (estimate + arrival) : 0.0) - weight);
+  const double arrival =
+      at_rest ? 1.0 / std::pow(std::hypot(kArrivalSigma, kArrivalLever * offset_W.norm()), 2) : 0.0;
+  const double layout = 1.0 / std::pow(layout_sigma_, 2);
+  const double all = estimate + arrival + layout;
+  arrival_weight_[marker] += kArrivalBlend * (arrival / all - arrival_weight_[marker]);
+  layout_weight_[marker] += kArrivalBlend * (layout / all - layout_weight_[marker]);
   const Vector3d arrived = kinematics_.X_WE * task_.view.markers[marker].p - offset_W;
-  p_WMarker_[marker] = p_WG + weight * ray.dot(arrived - p_WG) * ray;
+  const double shift = arrival_weight_[marker] * ray.dot(arrived - p_WG) +
+                       layout_weight_[marker] * ray.dot(p_WLayout_[marker] - p_WG);
+  p_WMarker_[marker] = p_WG + shift * ray;
+}
+
+// How the goal's markers stand to one another is known: how far apart the image shows them tells their
+// depth, whatever the errors of camera and arm.
+void Servo::FitGoalLayout() noexcept {
+  const Isometry3d X_CW = features_.X_WC.inverse();
+  const Vector3d& p_WOrigin = task_.goal.p_WG.front();
+  std::array<LayoutPoint, kMaxPoints> points;
+  int count = 0;
+  for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
+    const bool seen = goal_last_seen_[i] && *goal_last_seen_[i] == features_.exposure;
+    const auto at = Project(X_CW * p_WMarker_[i]);
+    if (!seen || !at) continue;
+    points[static_cast<std::size_t>(count++)] = {
+        X_CW.linear() * (task_.goal.p_WG[i] - p_WOrigin), at->n + goal_offset_[i]};
+  }
+  LayoutErrors errors;
+  errors.n = kAveragedShare * options_.feature_noise_px / task_.view.camera.fx;
+  const LayoutFit fit = FitLayout(points, count, errors);
+  layout_sigma_ = fit.solved ? fit.depth_sigma : std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; fit.solved && i < task_.goal.marker_ids.size(); ++i) {
+    p_WLayout_[i] = features_.X_WC * fit.p_CL + (task_.goal.p_WG[i] - p_WOrigin);
+  }
 }
 
 double Servo::GoalSigma() const noexcept {

@@ -45,6 +45,8 @@ struct PlanRequest {
   bool stay_is_spoiled{false};  ///< Something the model does not know of spoils that view.
   /// The arm is at its goal by the image: what counts is a view that certifies it.
   bool certify{false};
+  /// The goal's markers need not be seen: of a goal at rest it is known where it was seen.
+  bool goal_optional{false};
   /// Markers may go out of sight on the way: the arm waits until they are seen again. Ways that lose
   /// fewer are still preferred.
   bool may_lose{false};

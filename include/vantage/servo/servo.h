@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -25,7 +26,8 @@ namespace vantage {
 
 /// Where the markers of the end effector have to go, as points in the world.
 struct ServoGoal {
-  /// One for each marker of the view [m]: known, or the prior of the goal's marker (without offset).
+  /// One for each marker of the view [m]: known, or the prior of the goal's marker (without offset). The
+  /// prior may be off as a whole; how the markers stand to one another is known.
   std::vector<Eigen::Vector3d> p_WG;
   /// Ids of the goal's own markers in the scene, one for each marker of the view; empty: the goal is
   /// known and not seen.
@@ -98,6 +100,7 @@ class Servo {
   void UseImage() noexcept;
   [[nodiscard]] bool NewView(std::size_t marker) noexcept;
   void PlaceGoalMarker(std::size_t marker) noexcept;
+  void FitGoalLayout() noexcept;
   [[nodiscard]] double GoalSigma() const noexcept;
   [[nodiscard]] bool Carried(std::size_t marker) const noexcept;
   void UseGoalImage(std::size_t marker, const Eigen::Vector2d& measured, double time) noexcept;
@@ -149,6 +152,9 @@ class Servo {
   std::vector<GoalPointEstimator> goal_;
   std::array<Eigen::Vector3d, kMaxPoints> p_WMarker_{};  // of the goal, as believed
   std::array<double, kMaxPoints> arrival_weight_{};      // of what the arm says of their depth
+  std::array<double, kMaxPoints> layout_weight_{};       // of what their distances in the image say
+  std::array<Eigen::Vector3d, kMaxPoints> p_WLayout_{};  // where those put them
+  double layout_sigma_{std::numeric_limits<double>::infinity()};  // of their depth [m]
   ActiveOutput active_;
 
   Time last_step_{};
