@@ -144,7 +144,7 @@ std::vector<sim::Strategy> StrategiesOf(const Arguments& arguments) {
 int Replay(const Arguments& arguments, const Settings& settings) {
   const std::vector<sim::SuiteEntry> entries = sim::SuiteEntries(arguments.replay[0]);
   if (entries.size() != 1) {
-    throw ConfigError("", "replay",
+    throw ConfigError("", "--replay",
                       "must name one row, such as S4/planar2, is " + arguments.replay[0]);
   }
   std::uint64_t seed = 0;
@@ -153,7 +153,7 @@ int Replay(const Arguments& arguments, const Settings& settings) {
     seed = std::stoull(arguments.replay[1], &used);
     if (used != arguments.replay[1].size()) throw std::invalid_argument("");
   } catch (const std::exception&) {
-    throw ConfigError("", "replay", "the seed must be a number, is " + arguments.replay[1]);
+    throw ConfigError("", "--replay", "the seed must be a number, is " + arguments.replay[1]);
   }
   const sim::SuiteTask task = sim::MakeSuiteTask(entries[0], seed);
   const std::vector<sim::Strategy> strategies = StrategiesOf(arguments);
@@ -170,8 +170,7 @@ int Replay(const Arguments& arguments, const Settings& settings) {
   console.Begin(name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
   const RunOutcome outcome = RunInLockstep(scenario, folder, &console);
   const std::vector<std::string> troubles = folder.Write(outcome.summary, outcome.samples);
-  console.End(outcome.summary, folder.path().string() +
-                                   "/: run.png, first.png, last.png, summary.json, samples.csv");
+  console.End(outcome.summary, folder.Contents());
   for (const std::string& trouble : troubles) std::cerr << "vantage-bench: " << trouble << '\n';
   return outcome.summary.converged ? kExitOk : kExitNotReached;
 }
@@ -195,6 +194,10 @@ int Bench(const Arguments& arguments) {
   const std::vector<sim::SuiteEntry> entries = sim::SuiteEntries(arguments.suite);
   const std::vector<sim::Strategy> strategies = StrategiesOf(arguments);
 
+  // Not after hours of work.
+  if (!arguments.json.empty() && !std::ofstream(arguments.json)) {
+    throw ConfigError("", "--json", "cannot write " + arguments.json);
+  }
   const auto seeds = static_cast<std::size_t>(arguments.seeds);
   std::vector<BenchRow> rows;
   for (const sim::SuiteEntry& entry : entries) {
@@ -243,6 +246,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
   app.add_option("--first-seed", arguments.first_seed, "Seed of the first task")
+      ->check(vantage::WholeNumber())
       ->capture_default_str();
   app.add_option("--strategy", arguments.strategies,
                  "fixed, classic, planned, minimax, active, gradient, stop-and-go or all; several "
@@ -266,5 +270,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--list", arguments.list, "Names rows, strategies and ingredients, and ends");
   app.add_flag("--quiet", arguments.quiet, "No progress bar");
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Bench(arguments); });
+  return vantage::RunApp(&app, argc, argv, "a task of --replay that did not converge",
+                         [&] { return vantage::Bench(arguments); });
 }

@@ -141,7 +141,7 @@ void WriteBenchJson(const std::vector<BenchRow>& rows, const std::string& suite,
   }
   std::ofstream file(path);
   file << root.dump(1) << '\n';
-  if (!file.flush()) throw Error("cannot write " + path);
+  if (!file.flush()) throw WriteError(path);
 }
 
 }  // namespace vantage

@@ -340,7 +340,7 @@ int main(int argc, char** argv) {
                  "A device that is gone is waited for this long [s]")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
-  return vantage::RunApp(&app, argc, argv, [&] {
+  return vantage::RunApp(&app, argc, argv, "", [&] {
     vantage::Scenario scenario = vantage::LoadScenario(arguments.scenario);
     if (!arguments.calibration.empty()) {
       scenario.task.view.camera =

@@ -68,6 +68,13 @@ const std::vector<Kind>& Kinds() {
   return kinds;
 }
 
+const Kind& KindNamed(const std::string& name) {
+  for (const Kind& kind : Kinds()) {
+    if (kind.name == name) return kind;
+  }
+  throw ConfigError("", "kind", "there is none that is called " + name);
+}
+
 // Text of a cell: a bar would end it.
 std::string Cell(const std::string& text) {
   std::string cell;
@@ -134,10 +141,15 @@ std::string ConfigReference(const std::vector<std::string>& examples) {
 }
 
 std::vector<std::string> CheckConfig(const std::string& kind, const std::string& name_or_path) {
-  for (const Kind& known : Kinds()) {
-    if (known.name == kind) return known.read(name_or_path, nullptr);
-  }
-  throw ConfigError("", "kind", "must be scenario, robot, measure or recipe, is " + kind);
+  return KindNamed(kind).read(name_or_path, nullptr);
+}
+
+std::vector<std::string> ListConfigs(const std::string& kind) {
+  return BuiltInConfigs(KindNamed(kind).built_in);
+}
+
+std::string ShowConfig(const std::string& kind, const std::string& name_or_path) {
+  return FindConfigText(KindNamed(kind).built_in, name_or_path).text;
 }
 
 const std::vector<std::string>& ConfigKindNames() {

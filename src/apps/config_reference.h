@@ -21,6 +21,13 @@ namespace vantage {
 [[nodiscard]] std::vector<std::string> CheckConfig(const std::string& kind,
                                                    const std::string& name_or_path);
 
+/// Names of the built-in files of a kind. Throws ConfigError for a kind that there is none of.
+[[nodiscard]] std::vector<std::string> ListConfigs(const std::string& kind);
+
+/// Text of a built-in file, or of any file: what a file of one's own begins with. Throws ConfigError when there is
+/// none of that name.
+[[nodiscard]] std::string ShowConfig(const std::string& kind, const std::string& name_or_path);
+
 /// The kinds that CheckConfig() knows.
 [[nodiscard]] const std::vector<std::string>& ConfigKindNames();
 

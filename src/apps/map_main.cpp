@@ -84,9 +84,7 @@ int Run(const Arguments& arguments) {
   for (std::size_t i = 0; i < arguments.samples.size(); ++i) {
     recipe.axes[i].samples = arguments.samples[i];
   }
-  std::error_code error;
-  std::filesystem::create_directories(arguments.out, error);
-  if (error) throw ConfigError("", "--out", arguments.out + ": " + error.message());
+  MakeOutputFolder("--out", arguments.out);
 
   Progress progress;
   const MapTable table = arguments.quiet
@@ -100,14 +98,21 @@ int Run(const Arguments& arguments) {
     std::cout << recipe.setup.name << ": " << recipe.setup.description << '\n' << std::flush;
     PrintExtremes(recipe, table);
   }
-  if (!arguments.no_pictures) {
+  const auto print_files = [&] {
+    if (arguments.quiet) return;
+    for (const std::string& file : files) std::cout << "  " << file << '\n';
+    std::cout << std::flush;
+  };
+  try {
     for (const MapQuantity quantity : recipe.pictures) {
+      if (arguments.no_pictures) break;
       for (const std::string& file : PlotMap(recipe, table, quantity, stem)) files.push_back(file);
     }
+  } catch (const Error&) {
+    print_files();  // The table is there all the same.
+    throw;
   }
-  if (!arguments.quiet) {
-    for (const std::string& file : files) std::cout << "  " << file << '\n';
-  }
+  print_files();
   return kExitOk;
 }
 
@@ -131,5 +136,5 @@ int main(int argc, char** argv) {
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the table alone");
   app.add_flag("--list", arguments.list, "Lists the built-in recipes and ends");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
+  return vantage::RunApp(&app, argc, argv, "", [&] { return vantage::Run(arguments); });
 }

@@ -280,7 +280,7 @@ std::vector<std::string> PlotMap(const MapRecipe& recipe, const MapTable& table,
   write("heat", "svg");
   script << "unset output\n";
   script.close();
-  if (!script) throw Error(path + ": cannot be written");
+  if (!script) throw WriteError(path);
   RunGnuplot(path);
   files.push_back(path);
   return files;

@@ -138,7 +138,7 @@ void WriteCsv(const MapRecipe& recipe, const MapTable& table, const std::string&
     file << '\n';
   }
   file.close();
-  if (!file) throw Error(path + ": cannot be written");
+  if (!file) throw WriteError(path);
 }
 
 std::optional<MapExtremes> FindExtremes(const MapTable& table, MapQuantity quantity) noexcept {

@@ -98,5 +98,5 @@ int main(int argc, char** argv) {
       ->type_name("N")
       ->check(CLI::Range(2, 2001))
       ->needs(select);
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
+  return vantage::RunApp(&app, argc, argv, "", [&] { return vantage::Run(arguments); });
 }

@@ -141,5 +141,5 @@ int main(int argc, char** argv) {
   app.add_option("--mode", arguments.mode, "Control mode of the driver")
       ->check(CLI::IsMember({"velocity", "position"}))
       ->capture_default_str();
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Bridge(arguments).Run(); });
+  return vantage::RunApp(&app, argc, argv, "", [&] { return vantage::Bridge(arguments).Run(); });
 }

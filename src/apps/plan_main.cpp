@@ -38,9 +38,7 @@ int List() {
 }
 
 std::string MakeStem(const std::string& folder, const std::string& name) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw ConfigError("", "--out", folder + ": " + error.message());
+  MakeOutputFolder("--out", folder);
   return (std::filesystem::path(folder) / name).string();
 }
 
@@ -49,6 +47,7 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
 }
 
 int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
+  const std::string stem = MakeStem(arguments.out, setup.name);
   const PlacementModel model(setup.problem);
   PlanProgressBar bar(arguments.quiet);
   const PlanProgress progress = [&](const std::string& stage, double share,
@@ -61,7 +60,6 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
     check = CheckAgainstGrid(model, result.best, arguments.grid_check, progress);
   }
   bar.End();
-  const std::string stem = MakeStem(arguments.out, setup.name);
   std::vector<std::string> files{stem + "_plan.yaml"};
   std::optional<CameraPathResult> path;
   double path_seconds = 0.0;
@@ -89,14 +87,24 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
     if (path) std::cout << PathText(model, *path, path_seconds);
     std::cout << std::flush;
   }
-  if (!arguments.no_pictures) {
-    for (const std::string& file : PlotPlacementMap(setup, model, result, stem)) {
-      files.push_back(file);
-    }
-    for (const std::string& file : DrawViews(setup, result, stem)) files.push_back(file);
-  }
-  if (!arguments.quiet) {
+  const auto print_files = [&] {
+    if (arguments.quiet) return;
     for (const std::string& file : files) std::cout << "  " << file << '\n';
+    std::cout << std::flush;
+  };
+  if (!arguments.no_pictures) {
+    try {
+      for (const std::string& file : PlotPlacementMap(setup, model, result, stem)) {
+        files.push_back(file);
+      }
+      for (const std::string& file : DrawViews(setup, result, stem)) files.push_back(file);
+    } catch (const Error&) {
+      print_files();  // The result is there all the same.
+      throw;
+    }
+  }
+  print_files();
+  if (!arguments.quiet) {
     if (!setup.scenario.empty()) {
       std::cout << "from there: vantage-run " << setup.scenario << " --camera-plan " << files[0]
                 << '\n';
@@ -162,7 +170,8 @@ int main(int argc, char** argv) {
       ->expected(0, 1)
       ->default_str("200000")
       ->check(CLI::Range(std::int64_t{1000}, std::int64_t{100000000000}));
-  app.add_option("--seed", arguments.seed, "Of the search, instead of the problem's");
+  app.add_option("--seed", arguments.seed, "Of the search, instead of the problem's")
+      ->check(vantage::WholeNumber());
   app.add_option("--shard", arguments.shard,
                  "Of a sweep: works on part i of N; the parts are independent")
       ->type_name("i/N")
@@ -172,5 +181,6 @@ int main(int argc, char** argv) {
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
   app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
+  return vantage::RunApp(&app, argc, argv, "no camera keeps all limits",
+                         [&] { return vantage::Run(arguments); });
 }

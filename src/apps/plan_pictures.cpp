@@ -83,7 +83,7 @@ void WriteMapTable(const PlacementSetup& setup, const PlacementMap& map, const s
     for (const double margin : cell.margins) table << ',' << margin;
     table << '\n';
   }
-  if (!table) throw Error(path + ": cannot be written");
+  if (!table) throw WriteError(path);
 }
 
 // The value is shown from its best to what is a hundred times worse: the rest is bad alike.
@@ -161,7 +161,7 @@ std::vector<std::string> PlotPlacementMap(const PlacementSetup& setup, const Pla
   }
   script << "unset output\n";
   script.close();
-  if (!script) throw Error(script_path + ": cannot be written");
+  if (!script) throw WriteError(script_path);
   RunGnuplot(script_path);
   return {stem + "_map.png", stem + "_map.svg", stem + "_map.csv", script_path};
 }
@@ -209,7 +209,7 @@ std::vector<std::string> DrawViews(const PlacementSetup& setup, const PlacementR
     }
   }
   const std::string path = stem + "_views.png";
-  if (!cv::imwrite(path, both)) throw Error("cannot write " + path);
+  if (!cv::imwrite(path, both)) throw WriteError(path);
   return {path};
 }
 

@@ -73,7 +73,7 @@ void WritePlacementResult(const std::string& path, const PlacementSetup& setup,
     out << "  least_value_is_zero_near_sample: " << result.warning.sample + 1 << "\n";
   }
   out.close();
-  if (!out) throw Error(path + ": cannot be written");
+  if (!out) throw WriteError(path);
 }
 
 void WriteCameraPath(const std::string& path, const PlacementSetup& setup,
@@ -97,7 +97,7 @@ void WriteCameraPath(const std::string& path, const PlacementSetup& setup,
     out << '\n';
   }
   out.close();
-  if (!out) throw Error(path + ": cannot be written");
+  if (!out) throw WriteError(path);
 }
 
 }  // namespace vantage

@@ -108,7 +108,7 @@ void RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string
     if (told) told("sweep", static_cast<double>(item + 1) / items, best);
   }
   out.close();
-  if (!out) throw Error(path + ": cannot be written");
+  if (!out) throw WriteError(path);
 }
 
 void MergeSweeps(const std::vector<std::string>& paths, const std::string& path) {
@@ -124,7 +124,7 @@ void MergeSweeps(const std::vector<std::string>& paths, const std::string& path)
   out << table.header;
   for (const auto& line : table.lines) out << line.second;
   out.close();
-  if (!out) throw Error(path + ": cannot be written");
+  if (!out) throw WriteError(path);
 }
 
 std::string BestOfSweep(const std::string& path, int most) {

@@ -47,5 +47,5 @@ int main(int argc, char** argv) {
                  "Built-in scenario or a YAML file, for limits and goal, instead of the log's own");
   app.add_flag("--no-csv", arguments.no_csv, "No tables");
   app.add_flag("--no-video", arguments.no_video, "No video");
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
+  return vantage::RunApp(&app, argc, argv, "", [&] { return vantage::Run(arguments); });
 }

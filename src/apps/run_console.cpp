@@ -70,12 +70,10 @@ void RunConsole::Show(const RunSample& sample, const ObservabilityReport& observ
   } else if (sample.trigger_value < sample.threshold) {
     camera += std::string(" (low: ") + Name(observability.cause) + ")";
   }
-  const std::string state = status.reason == HoldReason::kNone
-                                ? Name(status.state)
-                                : std::string(Name(status.state)) + " " + Name(status.reason);
+  if (status.reason != HoldReason::kNone) camera += std::string("; arm: ") + Name(status.reason);
   char buffer[240];
   std::snprintf(buffer, sizeof buffer, "%6.2f  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", sample.t,
-                state.c_str(), Short(sample.error_px).c_str(), Short(sample.w_v).c_str(),
+                Name(status.state), Short(sample.error_px).c_str(), Short(sample.w_v).c_str(),
                 Short(sample.w_r).c_str(), Short(sample.w_c).c_str(),
                 Short(sample.trigger_value).c_str(), Short(sample.threshold).c_str(),
                 Short(sample.mm_per_px).c_str(), camera.c_str());
@@ -98,15 +96,21 @@ void RunConsole::End(const RunSummary& summary, const std::string& folder) {
              Name(summary.status.reason),
          true);
   } else if (!summary.converged && summary.observability.k > 0 && summary.status.error_px < 1.0) {
+    const double hidden = summary.observability.mm_per_px;
     Line("the error in the image is small, but one pixel may hide " +
-             Short(summary.observability.mm_per_px) + " mm in this view: it certifies nothing",
+             (std::isfinite(hidden) ? Short(hidden) + " mm" : "any motion") +
+             " in this view: it certifies nothing",
          true);
   }
-  Line("loop: " + std::to_string(summary.status.seq) + " periods, " +
-           std::to_string(summary.status.deadline_misses) + " late, p99.9 " +
-           Short(summary.status.loop_time_p999_us) + " us, longest " +
-           Short(summary.status.loop_time_max_us) + " us; " + std::to_string(summary.status.stops) +
-           " stops, " + std::to_string(summary.limit_violations) + " limit violations",
+  // In simulated time nothing is late.
+  const bool timed = summary.status.loop_time_max_us > 0.0;
+  Line("loop: " + std::to_string(summary.status.seq) + " periods" +
+           (timed ? ", " + std::to_string(summary.status.deadline_misses) + " late, p99.9 " +
+                        Short(summary.status.loop_time_p999_us) + " us, longest " +
+                        Short(summary.status.loop_time_max_us) + " us"
+                  : "") +
+           "; " + std::to_string(summary.status.stops) + " stops, " +
+           std::to_string(summary.limit_violations) + " limit violations",
        true);
   if (!folder.empty()) Line("wrote " + folder, true);
 }

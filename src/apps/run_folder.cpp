@@ -2,6 +2,7 @@
 
 #include <ctime>
 
+#include "app.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -13,14 +14,14 @@ RunFolder::RunFolder(const std::string& parent, const std::string& scenario) {
   char stamp[32];
   std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
   const std::filesystem::path base = std::filesystem::path(parent) / (scenario + "-" + stamp);
+  MakeOutputFolder("--out", parent);
   std::error_code error;
-  std::filesystem::create_directories(parent, error);
   // Two runs may start in the same second: create_directory() says who was first.
   for (int i = 1; i < 1000 && !error; ++i) {
     path_ = i == 1 ? base.string() : base.string() + "-" + std::to_string(i);
     if (std::filesystem::create_directory(path_, error)) return;
   }
-  throw Error("cannot make a run folder in " + parent + ": " + error.message());
+  throw ConfigError("", "--out", parent + ": " + error.message());
 }
 
 std::vector<std::string> RunFolder::Write(const RunSummary& summary,
@@ -33,6 +34,16 @@ std::vector<std::string> RunFolder::Write(const RunSummary& summary,
     return {std::string("no picture: ") + error.what()};
   }
   return {};
+}
+
+std::string RunFolder::Contents() const {
+  std::string files;
+  for (const char* name : {"report.html", "camera.mp4", "events.lcm", "run.png", "first.png",
+                           "last.png", "summary.json", "samples.csv", "scenario.yaml"}) {
+    if (std::filesystem::exists(File(name)))
+      files += (files.empty() ? "" : ", ") + std::string(name);
+  }
+  return path_.string() + "/: " + files;
 }
 
 }  // namespace vantage

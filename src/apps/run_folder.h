@@ -12,7 +12,7 @@ namespace vantage {
 class RunFolder {
  public:
   /// Makes `parent`/<scenario>-<local time>, with a number behind it when there is one already.
-  /// Throws Error when it cannot be made.
+  /// Throws ConfigError (--out) when it cannot be made.
   RunFolder(const std::string& parent, const std::string& scenario);
 
   [[nodiscard]] std::string File(const std::string& name) const { return (path_ / name).string(); }
@@ -22,6 +22,9 @@ class RunFolder {
   /// value, not an error: the numbers are there.
   std::vector<std::string> Write(const RunSummary& summary,
                                  const std::vector<RunSample>& samples) const;
+
+  /// Where it is and which of a run's results it holds, for people.
+  [[nodiscard]] std::string Contents() const;
 
  private:
   std::filesystem::path path_;

@@ -15,7 +15,7 @@ void WritePicture(sim::Renderer* renderer, const sim::WorldView& view, const std
   const cv::Mat rgb(image.height, image.width, CV_8UC3, image.pixels.data());
   cv::Mat bgr;
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  if (!cv::imwrite(path, bgr)) throw Error("cannot write " + path);
+  if (!cv::imwrite(path, bgr)) throw WriteError(path);
 }
 
 }  // namespace

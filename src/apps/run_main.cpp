@@ -43,17 +43,15 @@ int List() {
 }
 
 // What the log of the run tells, for people. A run that has happened is not undone by a failure here.
-bool WriteReport(const RunFolder& folder, std::vector<std::string>* troubles) {
+void WriteReport(const RunFolder& folder, std::vector<std::string>* troubles) {
   try {
     LogReportOptions options;
     options.csv = false;  // Many megabytes that few need: vantage-report writes them.
     const LogReport report =
         WriteLogReport(folder.File("events.lcm"), folder.path().string(), options);
     troubles->insert(troubles->end(), report.remarks.begin(), report.remarks.end());
-    return true;
   } catch (const std::exception& error) {
     troubles->push_back(std::string("no report: ") + error.what());
-    return false;
   }
 }
 
@@ -97,7 +95,7 @@ std::string WritePlannedScenario(const std::string& scenario_path, const Scenari
   file << SelfContainedScenario(scenario_path).text << "\n# By --camera-plan.\n"
        << CameraStartText(scenario.rig, scenario.q_c_start);
   file.close();
-  if (!file) throw Error(path + ": cannot be written");
+  if (!file) throw WriteError(path);
   return path;
 }
 
@@ -116,6 +114,8 @@ int Run(const Arguments& arguments) {
   if (arguments.seed) scenario.sim.seed = *arguments.seed;
   if (arguments.time_limit) scenario.time_limit = *arguments.time_limit;
 
+  std::optional<Transport> transport;
+  if (!arguments.lockstep) transport = ChooseTransport();
   const RunFolder folder(arguments.out, scenario.name);
   std::string scenario_path = arguments.scenario;
   if (own_robot) {
@@ -137,18 +137,11 @@ int Run(const Arguments& arguments) {
     options.seed = arguments.seed;
     options.image_rate = arguments.image_rate;
     options.priority = arguments.priority;
-    outcome = RunProcesses(options, scenario, folder, &console);
+    outcome = RunProcesses(options, *transport, scenario, folder, &console);
   }
   std::vector<std::string> troubles = folder.Write(outcome.summary, outcome.samples);
-  std::string written = "run.png, first.png, last.png, summary.json, samples.csv";
-  if (!arguments.lockstep) {
-    written = "events.lcm, " + written;
-    if (!arguments.no_report && WriteReport(folder, &troubles)) {
-      written = "report.html (its pictures in report/), " + written;
-    }
-  }
-  if (own_robot) written += ", scenario.yaml";
-  console.End(outcome.summary, folder.path().string() + "/: " + written);
+  if (!arguments.lockstep && !arguments.no_report) WriteReport(folder, &troubles);
+  console.End(outcome.summary, folder.Contents());
   for (const std::string& trouble : troubles) std::cerr << "vantage-run: " << trouble << '\n';
   return outcome.summary.converged ? kExitOk : kExitNotReached;
 }
@@ -189,8 +182,8 @@ int main(int argc, char** argv) {
   app.add_option("--time-limit", arguments.time_limit,
                  "Gives up after this long [s], instead of the scenario's")
       ->check(CLI::Range(0.1, 86400.0));
-  app.add_option("--seed", arguments.seed,
-                 "Seed of every random number, instead of the scenario's");
+  app.add_option("--seed", arguments.seed, "Seed of every random number, instead of the scenario's")
+      ->check(vantage::WholeNumber());
   app.add_option("--out", arguments.out, "Folder that the run folder is made in")
       ->capture_default_str();
   app.add_flag("--lockstep", arguments.lockstep,
@@ -205,5 +198,6 @@ int main(int argc, char** argv) {
   app.add_flag("--no-report", arguments.no_report,
                "Writes no report.html; vantage-report makes one from events.lcm");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
+  return vantage::RunApp(&app, argc, argv, "not converged",
+                         [&] { return vantage::Run(arguments); });
 }

@@ -144,12 +144,12 @@ std::string WhatTheySaid(const RunFolder& folder) {
 
 }  // namespace
 
-RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenario,
-                        const RunFolder& folder, RunConsole* console) {
+RunOutcome RunProcesses(const ProcessRunOptions& options, const Transport& transport,
+                        const Scenario& scenario, const RunFolder& folder, RunConsole* console) {
   SignalStop stop;
-  const Transport transport = ChooseTransport();
   if (!transport.explanation.empty()) console->Note(transport.explanation);
-  console->Note("watch it live in another terminal: " + transport.ReadyLine());
+  console->Note("watch it live in another terminal: " + transport.ReadyLine() +
+                ", or vantage-watch in its place");
 
   Watcher watcher(folder);
   LcmLink link({transport.url, ""});
@@ -189,7 +189,10 @@ RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenar
     if (!started) {
       if (now - launch < kStartLimit) continue;
       processes.Stop();
-      throw Error("no report of a working servo within 20 s" + WhatTheySaid(folder));
+      throw Error((link.stats().connected
+                       ? "no report of a working servo within 20 s"
+                       : "nobody answers at " + transport.url + " (LCM_DEFAULT_URL)") +
+                  WhatTheySaid(folder));
     }
     const double t = ToSeconds(now - start);
     RunSample sample = MakeSample(t, *state.status, *state.observability);

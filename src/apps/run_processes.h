@@ -1,6 +1,7 @@
 #pragma once
 
 #include "run_lockstep.h"
+#include "vantage/messaging/transport.h"
 
 namespace vantage {
 
@@ -13,9 +14,12 @@ struct ProcessRunOptions {
 };
 
 /// The scenario with real processes on the wall clock: starts vantage-sim, vantage-servo and a logger,
-/// watches them over LCM, stops them at the end. Throws Error when one of them cannot be started or
+/// watches them over LCM, stops them at the end.
+/// @param transport  That of ChooseTransport(): before the run folder is made.
+/// Throws Error when one of them cannot be started or
 /// says nothing.
-[[nodiscard]] RunOutcome RunProcesses(const ProcessRunOptions& options, const Scenario& scenario,
-                                      const RunFolder& folder, RunConsole* console);
+[[nodiscard]] RunOutcome RunProcesses(const ProcessRunOptions& options, const Transport& transport,
+                                      const Scenario& scenario, const RunFolder& folder,
+                                      RunConsole* console);
 
 }  // namespace vantage

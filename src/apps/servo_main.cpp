@@ -284,7 +284,10 @@ int main(int argc, char** argv) {
                  "SCHED_FIFO priority of the control thread; 0: none")
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
-  app.add_option("--cpus", arguments.cpus, "Cores of the control thread")->delimiter(',');
+  app.add_option("--cpus", arguments.cpus, "Cores of the control thread: 1 or 2,3")
+      ->type_name("LIST")
+      ->allow_extra_args(false)
+      ->delimiter(',');
   app.add_option("--replay", arguments.replay,
                  "Replays the servo that this event log holds, and compares commands and measures; "
                  "exit code 0 only if it reproduces them")
@@ -293,7 +296,7 @@ int main(int argc, char** argv) {
                  "Of --replay: |logged - replayed| <= this, times |logged| where that is above 1")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  return vantage::RunApp(&app, argc, argv, [&] {
+  return vantage::RunApp(&app, argc, argv, "a replay that is not reproduced", [&] {
     if (!arguments.replay.empty()) {
       return vantage::PrintReplay(arguments.replay, {arguments.prefix, arguments.tolerance});
     }

@@ -164,7 +164,7 @@ int main(int argc, char** argv) {
   app.add_option("--image-rate", arguments.image_rate, "CAMERA_IMAGE messages [1/s]; 0: none")
       ->check(CLI::Range(0.0, 30.0))
       ->capture_default_str();
-  app.add_option("--seed", arguments.seed,
-                 "Seed of every random number, instead of the scenario's");
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Run(arguments); });
+  app.add_option("--seed", arguments.seed, "Seed of every random number, instead of the scenario's")
+      ->check(vantage::WholeNumber());
+  return vantage::RunApp(&app, argc, argv, "", [&] { return vantage::Run(arguments); });
 }

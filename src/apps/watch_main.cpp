@@ -90,5 +90,6 @@ int main(int argc, char** argv) {
   app.add_option("--wait", arguments.wait, "With --once: listens for this long [s]")
       ->check(CLI::Range(0.1, 60.0))
       ->capture_default_str();
-  return vantage::RunApp(&app, argc, argv, [&] { return vantage::Watch(arguments); });
+  return vantage::RunApp(&app, argc, argv, "no servo heard (--once)",
+                         [&] { return vantage::Watch(arguments); });
 }

@@ -5,6 +5,7 @@
 #include "vantage/config/loaders.h"
 #include "vantage/config/placement_file.h"
 #include "vantage/config/scenario.h"
+#include "vantage/math/error.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -341,6 +342,15 @@ bool IsBuiltIn(ConfigKind kind, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+ConfigText FindProblem(const std::string& name_or_path) {
+  try {
+    return FindConfigText(ConfigKind::kProblem, name_or_path);
+  } catch (const ConfigError& error) {
+    if (error.key() != "problem") throw;  // A path.
+    throw ConfigError("", "", std::string(error.what()) + ", nor a built-in scenario");
+  }
+}
+
 }  // namespace
 
 PlacementSetup LoadPlacement(const std::string& name_or_path, SchemaRecorder* recorder) {
@@ -348,7 +358,7 @@ PlacementSetup LoadPlacement(const std::string& name_or_path, SchemaRecorder* re
       IsBuiltIn(ConfigKind::kScenario, name_or_path)) {
     return OfScenario(LoadScenario(name_or_path));
   }
-  return ReadPlacement(FindConfigText(ConfigKind::kProblem, name_or_path),
+  return ReadPlacement(FindProblem(name_or_path),
                        std::filesystem::path(name_or_path).stem().string(), recorder);
 }
 

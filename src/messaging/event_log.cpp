@@ -15,18 +15,20 @@ namespace {
 
 // In front of every event.
 constexpr std::array<unsigned char, 4> kSync{0xED, 0xA1, 0xDA, 0x01};
+// With the event's number, stamp, and the lengths of channel and data.
+constexpr std::int64_t kHeaderBytes = 28;
 
 // An empty log is a log; a file that begins with anything else than an event is none.
 void CheckIsLog(const std::string& path) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) throw Error(path + " is a directory");
+  if (std::filesystem::is_directory(path, error)) throw ConfigError(path, "", "is a directory");
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error("cannot read " + path + ": " + std::strerror(errno));
+  if (!file) throw ConfigError(path, "", std::string("cannot be opened: ") + std::strerror(errno));
   std::array<char, 4> begin{};
   file.read(begin.data(), begin.size());
   if (file.gcount() == 0) return;
   if (file.gcount() < 4 || std::memcmp(begin.data(), kSync.data(), kSync.size()) != 0) {
-    throw Error(path + " is not an LCM event log");
+    throw ConfigError(path, "", "is not an LCM event log");
   }
 }
 
@@ -40,7 +42,10 @@ struct EventLogReader::Impl {
 EventLogReader::EventLogReader(const std::string& path) {
   CheckIsLog(path);
   impl_ = std::make_unique<Impl>(path);
-  if (!impl_->file.good()) throw Error("cannot read " + path);
+  if (!impl_->file.good()) throw ConfigError(path, "", "cannot be read");
+  std::error_code no_size;
+  const std::uintmax_t size = std::filesystem::file_size(path, no_size);
+  left_ = no_size ? 0 : static_cast<std::int64_t>(size);
 }
 
 EventLogReader::~EventLogReader() = default;
@@ -52,6 +57,7 @@ bool EventLogReader::Next(LoggedEvent* event) {
   event->channel = next->channel;
   const auto* data = static_cast<const std::uint8_t*>(next->data);
   event->data.assign(data, data + next->datalen);
+  left_ -= kHeaderBytes + static_cast<std::int64_t>(event->channel.size()) + next->datalen;
   return true;
 }
 
@@ -61,7 +67,7 @@ struct EventLogWriter::Impl {
 };
 
 EventLogWriter::EventLogWriter(const std::string& path) : impl_(std::make_unique<Impl>(path)) {
-  if (!impl_->file.good()) throw Error("cannot write " + path + ": " + std::strerror(errno));
+  if (!impl_->file.good()) throw WriteError(path);
 }
 
 EventLogWriter::~EventLogWriter() = default;

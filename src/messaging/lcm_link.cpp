@@ -68,13 +68,6 @@ std::optional<TcpAddress> ParseTcpUrl(const std::string& url) {
   return address;
 }
 
-void CheckUrl(const std::string& url) {
-  for (const char* scheme : {"udpm://", "tcpq://", "memq://"}) {
-    if (url.compare(0, 7, scheme) == 0) return;
-  }
-  throw ConfigError("", "lcm.url", "must begin with udpm://, tcpq:// or memq://, is '" + url + "'");
-}
-
 void CheckName(const std::string& name, std::size_t max_size, const char* key) {
   // Anything else could mean something in the regular expression that a channel is subscribed by.
   const bool good = name.size() <= max_size && std::all_of(name.begin(), name.end(), [](char c) {
@@ -89,6 +82,15 @@ void CheckName(const std::string& name, std::size_t max_size, const char* key) {
 
 }  // namespace
 
+void CheckLcmUrl(const std::string& url) {
+  for (const char* scheme : {"udpm://", "tcpq://", "memq://"}) {
+    if (url.compare(0, 7, scheme) == 0) return;
+  }
+  throw ConfigError(
+      "", "lcm.url",
+      "must begin with udpm://, tcpq:// or memq:// (is LCM_DEFAULT_URL set?), is '" + url + "'");
+}
+
 std::int64_t LinkStats::total_refused() const noexcept {
   return std::accumulate(refused.begin(), refused.end(), std::int64_t{0});
 }
@@ -96,7 +98,7 @@ std::int64_t LinkStats::total_refused() const noexcept {
 class LcmLink::Impl {
  public:
   explicit Impl(const LcmLinkOptions& options) : options_(options) {
-    CheckUrl(options.url);
+    CheckLcmUrl(options.url);
     CheckName(options.prefix, kMaxPrefix, "lcm.prefix");
     tcp_ = ParseTcpUrl(options.url);
   }

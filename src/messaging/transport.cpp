@@ -15,6 +15,7 @@
 
 #include "file_descriptor.h"
 #include "socket_util.h"
+#include "vantage/messaging/lcm_link.h"
 
 namespace vantage {
 namespace {
@@ -124,6 +125,7 @@ Transport ChooseTransport(const TransportOptions& options) {
   const char* chosen_by_user = std::getenv("LCM_DEFAULT_URL");
   if (chosen_by_user != nullptr && *chosen_by_user != '\0') {
     transport.url = chosen_by_user;
+    CheckLcmUrl(transport.url);
     return transport;
   }
   const MulticastTest multicast = options.test_multicast(options.test_timeout);

@@ -238,7 +238,7 @@ ReplayReport ReplayStart(const std::string& path, const ServoSetup& setup,
     ServoRecord record;
     const Refusal refusal = Decode(event.data.data(), event.data.size(), &record);
     if (refusal != Refusal::kNone) {
-      throw Error(path + ": a message on " + event.channel + " is refused: " + Name(refusal));
+      throw ConfigError(path, event.channel, std::string("a message is refused: ") + Name(refusal));
     }
     if (record.start != setup.start) continue;
     if (held) replayer.Feed(*held);
@@ -259,9 +259,10 @@ bool ReplayReport::reproduced() const {
 std::vector<ReplayReport> Replay(const std::string& log_path, const ReplayOptions& options) {
   const std::vector<ServoSetup> starts = FindStarts(log_path, options.prefix);
   if (starts.empty()) {
-    throw Error(log_path + " holds no " + options.prefix + kServoSetupChannel +
-                ": no servo was recorded in it" +
-                (options.prefix.empty() ? " (or its channels have a prefix)" : ""));
+    throw ConfigError(log_path, "",
+                      "holds no " + options.prefix + kServoSetupChannel +
+                          ": no servo was recorded in it" +
+                          (options.prefix.empty() ? ", or its channels have a --prefix" : ""));
   }
   std::vector<ReplayReport> reports;
   for (const ServoSetup& setup : starts) {

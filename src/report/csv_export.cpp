@@ -45,7 +45,7 @@ class Table {
       file << '\n';
     }
     file.flush();
-    if (!file) throw Error("cannot write " + path);
+    if (!file) throw WriteError(path);
   }
 
  private:

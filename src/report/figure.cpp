@@ -12,13 +12,14 @@ namespace vantage {
 namespace {
 
 constexpr char kFont[] = "font 'DejaVu Sans,12'";
+constexpr char kEmptyPlot[] =
+    "set label 1 'no finite value' at graph 0.5,0.5 center\nplot [][0.1:10] NaN notitle\nunset "
+    "label 1\n";
 
 // A gnuplot comment line ends nothing; an empty line ends a curve.
 void AppendRow(const FigureRow& row, std::string* out) {
   char buffer[32];
-  const bool finite =
-      std::all_of(row.begin(), row.end(), [](double value) { return std::isfinite(value); });
-  if (finite) {
+  if (IsPoint(row)) {
     for (const double value : row) {
       std::snprintf(buffer, sizeof buffer, "%.9g ", value);
       *out += buffer;
@@ -37,11 +38,16 @@ std::string Figure::Data(const std::vector<FigureRow>& rows) {
   data_ += block + " << EOD\n";
   for (const FigureRow& row : rows) AppendRow(row, &data_);
   data_ += "EOD\n";
+  if (std::any_of(rows.begin(), rows.end(), IsPoint)) drawable_.push_back(block);
   return block;
 }
 
 Figure& Figure::operator<<(const std::string& command) {
-  commands_ += command + '\n';
+  const bool plot = command.rfind("plot ", 0) == 0;
+  const bool draws = std::any_of(drawable_.begin(), drawable_.end(), [&](const std::string& block) {
+    return command.find(block + ' ') != std::string::npos;
+  });
+  commands_ += plot && !draws ? kEmptyPlot : command + '\n';
   return *this;
 }
 
@@ -78,9 +84,14 @@ void Figure::Draw(const std::string& folder) const {
            << "set output '" << name_ << ".svg'\n"
            << begin << commands_ << "unset output\n";
     script.flush();
-    if (!script) throw Error("cannot write " + path);
+    if (!script) throw WriteError(path);
   }
   RunGnuplot(path);
+}
+
+bool IsPoint(const FigureRow& row) {
+  return !row.empty() &&
+         std::all_of(row.begin(), row.end(), [](double value) { return std::isfinite(value); });
 }
 
 std::string Plain(const std::string& text) {

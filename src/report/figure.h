@@ -33,7 +33,8 @@ class Figure {
   /// Adds data and gives the name to plot it by. Numbers that are not finite become gaps.
   [[nodiscard]] std::string Data(const std::vector<FigureRow>& rows);
 
-  /// Appends a command. Text that is not the program's own goes through Plain().
+  /// Appends a command. Text that is not the program's own goes through Plain(). In the place of a plot
+  /// whose data hold no point, which gnuplot refuses to draw, stands a line that says so.
   Figure& operator<<(const std::string& command);
 
   /// A band in the background of the next plots, over time [s], from bottom to top.
@@ -50,12 +51,16 @@ class Figure {
   std::string name_;
   int width_, height_;
   std::string data_, commands_;
+  std::vector<std::string> drawable_;  // Blocks that hold a point.
   int blocks_{0};
   int bands_{0};
 };
 
 /// The text as gnuplot shows it letter by letter, for use between double quotes.
 [[nodiscard]] std::string Plain(const std::string& text);
+
+/// Whether a row holds numbers, all finite.
+[[nodiscard]] bool IsPoint(const FigureRow& row);
 
 /// The same curve with at most some 2 `buckets` points: of each bucket the least and the greatest y, so that
 /// no peak is lost. Rows are (x, y); gaps stay.

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 #include "vantage/math/error.h"
@@ -17,8 +18,15 @@ void RunGnuplot(const std::string& script_path) {
   options.arguments = {"gnuplot", "-e", "cd '" + script.parent_path().string() + "'",
                        script.string()};
   options.output = log.string();
-  ChildProcess child(options);
-  const auto status = child.WaitFor(std::chrono::seconds(60));
+  std::optional<ChildProcess> child;
+  try {
+    child.emplace(options);
+  } catch (const Error& error) {
+    std::filesystem::remove(log);
+    throw Error("cannot draw " + script_path + ": " + error.what() +
+                " (install it: sudo apt-get install gnuplot-nox)");
+  }
+  const auto status = child->WaitFor(std::chrono::seconds(60));
   std::ostringstream said;
   said << std::ifstream(log).rdbuf();
   std::filesystem::remove(log);

@@ -178,7 +178,7 @@ void HtmlPage::Write(const std::string& path) const {
        << "</h1><nav>" << contents_ << "</nav></header><main>\n"
        << body_ << (sections_ > 0 ? "</section>\n" : "") << "</main></body></html>\n";
   file.flush();
-  if (!file) throw Error("cannot write " + path);
+  if (!file) throw WriteError(path);
 }
 
 }  // namespace vantage

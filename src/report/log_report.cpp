@@ -195,9 +195,16 @@ LogReport WriteLogReport(const std::string& log_path, const std::string& folder,
                          const LogReportOptions& options) {
   const RunLog log = ReadRunLog(log_path, options.prefix, options.scenario);
   const std::string pictures = folder + "/report";
-  fs::create_directories(pictures);
+  std::error_code error;
+  fs::create_directories(pictures, error);
+  if (error) throw ConfigError(folder, "", "cannot be written into: " + error.message());
   LogReport report;
   report.files.emplace_back("report.html");
+  if (log.damaged_bytes > 0) {
+    report.remarks.push_back(
+        "the log was cut off or damaged: " + std::to_string(log.damaged_bytes) +
+        " bytes of it belong to no whole message and are left out");
+  }
   if (!log.scenario) {
     report.remarks.emplace_back(
         "the log holds no scenario (SERVO_SETUP): no limits and no goal are shown; name one");
@@ -215,7 +222,8 @@ LogReport WriteLogReport(const std::string& log_path, const std::string& folder,
                "the threshold.");
       report.files.emplace_back("camera.mp4");
     } else {
-      report.remarks.emplace_back("no video: this OpenCV can write none");
+      report.remarks.emplace_back(
+          "no video: OpenCV cannot write MP4 here (FFmpeg missing from it, or the folder is full)");
     }
   }
   for (const DrawnFigure& figure : DrawFigures(log, pictures)) {

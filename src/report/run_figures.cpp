@@ -75,9 +75,10 @@ DrawnFigure DrawError(const RunLog& log, const std::string& folder) {
          << "set xlabel 'time [s]'";
   std::string plot = "plot " + error + " using 1:2 with lines lw 1.8 lc rgb '" + Palette::Line(0) +
                      "' title 'image error (root mean square)'";
-  if (!log.truths.empty()) {
-    const std::string truth = figure.Data(Curve(
-        log, log.truths, [](const GroundTruth& t) { return PositiveOrGap(1e3 * t.worst_error); }));
+  const auto truths = Curve(
+      log, log.truths, [](const GroundTruth& t) { return PositiveOrGap(1e3 * t.worst_error); });
+  if (std::any_of(truths.begin(), truths.end(), IsPoint)) {
+    const std::string truth = figure.Data(truths);
     figure << "set ytics nomirror"
            << "set y2tics"
            << "set logscale y2"

@@ -128,9 +128,11 @@ RunLog ReadRunLog(const std::string& path, const std::string& prefix, const std:
     ++traffic.refused;
     ++log.refused[static_cast<std::size_t>(refusal)];
   }
+  log.damaged_bytes = events.damaged_bytes();
   if (!any) {
-    throw Error(path + " holds no message of Vantage's" +
-                (prefix.empty() ? "" : " with the prefix " + prefix));
+    throw ConfigError(
+        path, "",
+        "holds no message of Vantage's" + (prefix.empty() ? "" : " with the prefix " + prefix));
   }
   if (!scenario.empty()) {
     log.scenario = LoadScenario(scenario);

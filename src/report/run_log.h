@@ -49,6 +49,7 @@ struct RunLog {
   std::vector<GroundTruth> truths;
   std::vector<PeriodTiming> periods;
   std::int64_t images{0};
+  std::int64_t damaged_bytes{0};  ///< Of the file that belong to no whole message.
 
   /// Begin of the report's time axis: the first report with features in use, else the first stamp.
   Time t0{};
@@ -61,8 +62,8 @@ struct RunLog {
 ///
 /// @param prefix    Of the channels.
 /// @param scenario  Name or path to take instead of what the log says; empty: the log's.
-/// Throws Error when the log cannot be read or holds no message of ours with this prefix, ConfigError when
-/// the scenario does not load.
+/// Throws ConfigError when the log cannot be read or holds no message of ours with this prefix, or the scenario
+/// does not load.
 [[nodiscard]] RunLog ReadRunLog(const std::string& path, const std::string& prefix,
                                 const std::string& scenario);
 

@@ -16,19 +16,34 @@ namespace {
 
 std::ofstream Open(const std::string& path) {
   std::ofstream file(path);
-  if (!file) throw Error("cannot write " + path);
+  if (!file) throw WriteError(path);
   return file;
 }
 
 void Close(std::ofstream* file, const std::string& path) {
   file->flush();
-  if (!*file) throw Error("cannot write " + path + " to its end (disk full?)");
+  if (!*file) throw WriteError(path);
 }
 
 // JSON has no infinity: what is not finite becomes null.
 nlohmann::ordered_json Number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return value;
+}
+
+// Whether there is a point to draw on a logarithmic axis: gnuplot refuses a plot without any.
+template <typename Get>
+bool Drawable(const std::vector<RunSample>& samples, Get&& get) {
+  return std::any_of(samples.begin(), samples.end(), [&](const RunSample& sample) {
+    return std::isfinite(get(sample)) && get(sample) > 0.0;
+  });
+}
+
+// "plot ", or the same for data without a point.
+std::string Plot(bool drawable, const char* what) {
+  if (drawable) return "plot ";
+  return std::string("set label 1 '") + what +
+         "' at graph 0.5,0.5 center\nplot [][0.1:10] NaN notitle, ";
 }
 
 // Grey bands where the camera moves.
@@ -125,8 +140,7 @@ void WriteSummary(const RunSummary& summary, const std::string& path) {
 
 void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
              const std::string& folder) {
-  const auto measured = [](const RunSample& s) { return s.error_px > 0.0; };
-  if (std::none_of(samples.begin(), samples.end(), measured)) {
+  if (!Drawable(samples, [](const RunSample& s) { return s.error_px; })) {
     throw Error("nothing was measured that could be drawn");
   }
   const std::string path = folder + "/run.gp";
@@ -143,12 +157,18 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
          << summary.duration << " s\"\n"
          << std::defaultfloat << std::setprecision(6);
   WriteBands(samples, &script);
-  const bool truth = !samples.empty() && samples.back().true_error_mm.has_value();
+  const bool truth =
+      Drawable(samples, [](const RunSample& s) { return s.true_error_mm.value_or(0.0); });
+  const bool measures = Drawable(samples, [](const RunSample& s) {
+    return std::max({s.w_v, s.w_r, s.w_c});
+  });
+  const bool bounded = Drawable(samples, [](const RunSample& s) { return s.mm_per_px; });
   const double threshold = samples.empty() ? 0.0 : samples.back().threshold;
   double ceiling = threshold;
   for (const RunSample& sample : samples) ceiling = std::max(ceiling, sample.trigger_value);
   ceiling = ceiling > 0.0 ? 1.1 * ceiling : 1.0;
-  script << "set lmargin 11\nset rmargin 11\nset logscale y\nset format y '10^{%L}'\n"
+  script << "set xrange [0:" << std::max(0.1, samples.back().t)
+         << "]\nset lmargin 11\nset rmargin 11\nset logscale y\nset format y '10^{%L}'\n"
             "set ylabel 'image error [px]'\n";
   if (truth)
     script << "set y2label 'true error [mm]'\nset y2tics\nset ytics nomirror\nset logscale y2\nset "
@@ -169,11 +189,14 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
          << " with lines dashtype 2 lc rgb '#b91c1c' title 'threshold (camera moves below it)'\n"
             "set key center right\nset autoscale y\n"
             "set logscale y\nset format y '10^{%L}'\nset ylabel 'measures'\n"
-            "plot 'samples.csv' using 1:5 every ::1 with lines lw 2 title 'w_v', "
+         << Plot(measures, "all measures are zero")
+         << "'samples.csv' using 1:5 every ::1 with lines lw 2 title 'w_v', "
             "'' using 1:6 every ::1 with lines lw 2 title 'w_r', "
             "'' using 1:7 every ::1 with lines lw 2 title 'w_c'\n"
             "set key top right\nset ylabel 'hidden motion [mm/px]'\nset xlabel 'time [s]'\n"
-            "plot 'samples.csv' using 1:11 every ::1 with lines lw 2 lc rgb '#7c3aed' title 'one "
+            "unset label 1\n"
+         << Plot(bounded, "one pixel may hide any motion, throughout")
+         << "'samples.csv' using 1:11 every ::1 with lines lw 2 lc rgb '#7c3aed' title 'one "
             "pixel may hide'\n"
             "unset multiplot\n";
   Close(&script, path);

@@ -31,12 +31,19 @@ class Video : public CameraSource {
     if (kind_ == Kind::kFile && !std::filesystem::exists(source_, error)) {
       throw ConfigError("", "source", "no such file: " + source_);
     }
+    if (kind_ == Kind::kFile && std::filesystem::is_directory(source_, error)) {
+      throw ConfigError(
+          "", "--source",
+          source_ + " is a folder: name its images by a pattern, " + source_ + "/%05d.png");
+    }
     if (!Open()) {
       std::string reason = "cannot open " + description();
       if (kind_ == Kind::kDevice) reason += " (unplugged, in use, or no permission: group video?)";
       if (kind_ == Kind::kPipeline) {
         reason += " (does it end in '! appsink', and is OpenCV built with GStreamer?)";
       }
+      if (kind_ == Kind::kFile) reason += " (a video that OpenCV's FFmpeg can read?)";
+      if (kind_ == Kind::kSequence) reason += " (no image of that name pattern)";
       throw ConfigError("", "source", reason);
     }
   }

@@ -59,12 +59,12 @@ TEST_F(LogPrograms, ReplaySaysWhatDiffersFirst) {
   EXPECT_EQ(test::RunProgram(VANTAGE_SERVO " --tolerance 1 --replay " + Log(events)).exit_code, 0);
 }
 
-TEST_F(LogPrograms, WhatIsNoLogIsOneLineAndExitCodeThree) {
+TEST_F(LogPrograms, WhatIsNoLogIsOneLineAndExitCodeTwo) {
   const std::string text = folder_.Write("text", "not a log");
   for (const std::string& program :
        {std::string(VANTAGE_SERVO " --replay "), std::string(VANTAGE_REPORT " ")}) {
     const auto run = test::RunProgram(program + text);
-    EXPECT_EQ(run.exit_code, 3) << run.output;
+    EXPECT_EQ(run.exit_code, 2) << run.output;
     EXPECT_TRUE(Contains(run.output, "is not an LCM event log")) << run.output;
     EXPECT_EQ(std::count(run.output.begin(), run.output.end(), '\n'), 1) << run.output;
   }
@@ -78,6 +78,14 @@ TEST_F(LogPrograms, ReportNamesTheFilesItWrote) {
   EXPECT_TRUE(Contains(run.output, out + "/report.html\n")) << run.output;
   EXPECT_TRUE(fs::exists(out + "/report.html"));
   EXPECT_TRUE(fs::exists(out + "/report/error.svg"));
+}
+
+TEST_F(LogPrograms, ReportOfALogThatWasCutOffSaysSo) {
+  const std::string log = Log(Recorded());
+  fs::resize_file(log, fs::file_size(log) - 7);
+  const auto run = test::RunProgram(VANTAGE_REPORT " --no-csv " + log);
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_TRUE(Contains(run.output, "the log was cut off or damaged")) << run.output;
 }
 
 TEST_F(LogPrograms, ReportOfAScenarioThatIsNoneIsExitCodeTwo) {

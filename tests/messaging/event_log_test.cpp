@@ -47,16 +47,26 @@ TEST(EventLog, EndsWhereItWasCutOff) {
     EventLogWriter log(path);
     for (int i = 0; i < 3; ++i) log.Write({i, "A", Bytes(100)});
   }
+  {
+    EventLogReader whole(path);
+    for (LoggedEvent event; whole.Next(&event);) {
+    }
+    EXPECT_EQ(whole.damaged_bytes(), 0);
+  }
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 50);
   EXPECT_EQ(ReadAll(path).size(), 2U);
+  EventLogReader cut(path);
+  for (LoggedEvent event; cut.Next(&event);) {
+  }
+  EXPECT_EQ(cut.damaged_bytes(), 28 + 1 + 100 - 50);
 }
 
 TEST(EventLog, SaysWhatCannotBeReadOrWritten) {
   const test::TemporaryFolder folder;
-  EXPECT_THROW(EventLogReader((folder.path() / "none").string()), Error);
-  EXPECT_THROW(EventLogReader(folder.path().string()), Error);
-  EXPECT_THROW(EventLogReader(folder.Write("text", "hello, this is text")), Error);
-  EXPECT_THROW(EventLogWriter((folder.path() / "none" / "log").string()), Error);
+  EXPECT_THROW(EventLogReader((folder.path() / "none").string()), ConfigError);
+  EXPECT_THROW(EventLogReader(folder.path().string()), ConfigError);
+  EXPECT_THROW(EventLogReader(folder.Write("text", "hello, this is text")), ConfigError);
+  EXPECT_THROW(EventLogWriter((folder.path() / "none" / "log").string()), WriteError);
 }
 
 TEST(EventRecorder, MissesNothingFromItsConstructionOn) {

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "network_namespace.h"
+#include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
@@ -34,6 +35,11 @@ TEST_F(ChooseTransportTest, TakesWhatTheUserSays) {
   EXPECT_EQ(transport.explanation, "");
   EXPECT_FALSE(transport.hub);
   EXPECT_EQ(transport.ReadyLine(), "LCM_DEFAULT_URL='udpm://239.255.76.67:7667?ttl=1' tools/spy");
+}
+
+TEST_F(ChooseTransportTest, RefusesAUrlOfTheUsersThatLcmDoesNotKnow) {
+  setenv("LCM_DEFAULT_URL", "239.255.76.67:7667", 1);
+  EXPECT_THROW((void)ChooseTransport(WithMulticast({true, ""})), ConfigError);
 }
 
 TEST_F(ChooseTransportTest, TakesMulticastWhenItWorks) {

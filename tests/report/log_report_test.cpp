@@ -103,6 +103,18 @@ TEST(RunEvents, CameraMovesHaveBeginEndAndWay) {
 
 // --- Parts ---------------------------------------------------------------------------------------
 
+TEST(Figure, IsDrawnWhereNothingIsFinite) {
+  const test::TemporaryFolder folder;
+  Figure figure("empty", 300, 200);
+  const std::string data = figure.Data({{0.0, std::nan("")}, {1.0, INFINITY}});
+  figure << "set xrange [0:1]"
+         << "set logscale y"
+         << "plot " + data + " using 1:2 with lines";
+  figure.Draw(folder.path().string());
+  EXPECT_FALSE(cv::imread((folder.path() / "empty.png").string()).empty());
+  EXPECT_TRUE(Contains(ReadFile(folder.path() / "empty.svg"), "no finite value"));
+}
+
 TEST(Thinned, KeepsPeaksAndGaps) {
   std::vector<FigureRow> rows;
   for (int i = 0; i < 10000; ++i) rows.push_back({double(i), 0.0});

@@ -1,5 +1,6 @@
 #include "vantage/report/run_record.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -97,6 +98,23 @@ TEST_F(RunRecord, PictureShowsCurvesAndTheCamerasMove) {
   EXPECT_GT(cv::countNonZero(curve), 500);
 }
 
+// A view in which one pixel hides any motion, all the time: the other curves are drawn all the same.
+TEST_F(RunRecord, PictureIsDrawnWithoutAFiniteValue) {
+  std::vector<RunSample> samples = Samples();
+  for (RunSample& sample : samples) {
+    sample.mm_per_px = std::numeric_limits<double>::infinity();
+    sample.w_v = sample.w_r = sample.w_c = sample.trigger_value = 0.0;
+    sample.true_error_mm.reset();
+  }
+  WriteSamples(samples, File("samples.csv"));
+  PlotRun({}, samples, folder_.string());
+  const cv::Mat picture = cv::imread(File("run.png"));
+  ASSERT_EQ(picture.rows, 1280);
+  cv::Mat curve;
+  cv::inRange(picture, cv::Scalar(0x9c, 0x4e, 0x1f), cv::Scalar(0x9c, 0x4e, 0x1f), curve);
+  EXPECT_GT(cv::countNonZero(curve), 500);
+}
+
 TEST_F(RunRecord, UnwritableFileIsAnErrorThatNamesIt) {
   try {
     WriteSamples(Samples(), File("no/such/folder.csv"));
@@ -114,6 +132,21 @@ TEST_F(RunRecord, BrokenScriptIsAnErrorThatSaysWhatGnuplotSaid) {
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("plat"), std::string::npos) << e.what();
   }
+}
+
+TEST_F(RunRecord, MissingGnuplotIsAnErrorThatSaysHowToInstallIt) {
+  std::ofstream(File("good.gp")) << "print 1\n";
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", folder_.c_str(), 1);
+  std::string message;
+  try {
+    RunGnuplot(File("good.gp"));
+  } catch (const Error& e) {
+    message = e.what();
+  }
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_NE(message.find("apt-get install gnuplot-nox"), std::string::npos) << message;
+  EXPECT_FALSE(std::filesystem::exists(File("good.gp.log")));
 }
 
 }  // namespace

@@ -32,4 +32,12 @@ class ConfigError : public Error {
   std::string key_;
 };
 
+/// A file cannot be written, or not to its end.
+class WriteError : public Error {
+ public:
+  /// @param path  Of the file.
+  explicit WriteError(const std::string& path)
+      : Error("cannot write " + path + ": no permission, no such folder, or the disk is full") {}
+};
+
 }  // namespace vantage

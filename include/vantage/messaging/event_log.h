@@ -21,7 +21,7 @@ struct LoggedEvent {
 /// Reads a log from its begin.
 class EventLogReader {
  public:
-  /// Throws Error when the file cannot be read or is no event log.
+  /// Throws ConfigError when the file cannot be read or is no event log.
   explicit EventLogReader(const std::string& path);
   ~EventLogReader();
   EventLogReader(const EventLogReader&) = delete;
@@ -30,15 +30,19 @@ class EventLogReader {
   /// The next message; false at the end, which is also where a log that was cut off ends.
   bool Next(LoggedEvent* event);
 
+  /// Bytes of the file that belong to no message given so far. At the end: what was cut off or damaged.
+  [[nodiscard]] std::int64_t damaged_bytes() const noexcept { return left_; }
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+  std::int64_t left_{0};
 };
 
 /// Writes a log.
 class EventLogWriter {
  public:
-  /// Throws Error when the file cannot be written.
+  /// Throws WriteError when the file cannot be written.
   explicit EventLogWriter(const std::string& path);
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;

@@ -47,6 +47,10 @@ struct LinkStats {
   [[nodiscard]] std::int64_t total_refused() const noexcept;
 };
 
+/// Throws ConfigError (key "lcm.url") when LCM does not know the kind of URL. Whether anybody answers there is
+/// not asked.
+void CheckLcmUrl(const std::string& url);
+
 /// A program's connection to LCM: one thread that receives, checks and delivers, and a way to publish
 /// from any thread. It outlives the loss of the TCP hub and reconnects by itself.
 ///

@@ -61,7 +61,8 @@ struct Transport {
   [[nodiscard]] std::string ReadyLine() const;
 };
 
-/// Chooses. Throws Error when a hub is needed and cannot be had.
+/// Chooses. Throws ConfigError when LCM_DEFAULT_URL is no URL of LCM's, Error when a hub is needed and cannot
+/// be had.
 [[nodiscard]] Transport ChooseTransport(const TransportOptions& options = {});
 
 }  // namespace vantage

@@ -59,8 +59,8 @@ struct ReplayReport {
 ///
 /// Compared are JOINT_COMMAND, OBSERVABILITY, SERVO_STATUS and CAMERA_POSE_COMMAND, in all fields but those
 /// that tell of the machine and not of the servo: loop times, deadline misses, dropped and refused messages.
-/// Throws Error when the log cannot be read or holds no record of a servo, ConfigError when the scenario in
-/// it does not load.
+/// Throws ConfigError when the log cannot be read, holds no record of a servo or a damaged one, or the scenario
+/// in it does not load.
 [[nodiscard]] std::vector<ReplayReport> Replay(const std::string& log_path,
                                                const ReplayOptions& options = {});
 

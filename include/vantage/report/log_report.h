@@ -24,8 +24,8 @@ struct LogReport {
 /// Writes folder/report.html, the pictures in it as folder/report/*.png, *.svg and *.gp (gnuplot), the video
 /// as folder/camera.mp4 and the tables as folder/csv/*.csv. The folder is made.
 ///
-/// Throws Error when the log cannot be read, holds nothing of ours, or a file cannot be written; ConfigError
-/// when the scenario does not load.
+/// Throws ConfigError when the log cannot be read, holds nothing of ours, the scenario does not load or the
+/// folder cannot be made; WriteError when a file cannot be written, Error when a picture cannot be drawn.
 LogReport WriteLogReport(const std::string& log_path, const std::string& folder,
                          const LogReportOptions& options = {});
 
