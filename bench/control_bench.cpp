@@ -23,6 +23,7 @@
 #include "vantage/robot/kinematics.h"
 #include "vantage/runtime/periodic_loop.h"
 #include "vantage/runtime/realtime.h"
+#include "vantage/servo/camera_task.h"
 #include "vantage/servo/servo.h"
 
 namespace {
@@ -402,6 +403,30 @@ void BM_VolumeOfView(benchmark::State& state) {
 }
 BENCHMARK(BM_DecomposeComposite)->Args({4, 6})->Args({4, 7});
 BENCHMARK(BM_VolumeOfView)->Args({4, 6})->Args({16, 7});
+
+// Gradient of log w_c by the joints: in closed form, and by central differences.
+void BM_GradientOfComposite(benchmark::State& state) {
+  const auto task = TaskOf(state);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(LogCompositeGradient(task->view, task->q_start, task->X_WC));
+  }
+}
+void BM_GradientOfCompositeByDifferences(benchmark::State& state) {
+  const auto task = TaskOf(state);
+  const auto log_w = [&](const JointVector& q) {
+    return MeasureOf(CompositeJacobian(task->view, SampleArm(task->view, q), task->X_WC)).log_w;
+  };
+  for (auto _ : state) {
+    JointVector gradient(task->q_start.size());
+    for (int i = 0; i < gradient.size(); ++i) {
+      const JointVector step = 1e-4 * JointVector::Unit(gradient.size(), i);
+      gradient(i) = (log_w(task->q_start + step) - log_w(task->q_start - step)) / 2e-4;
+    }
+    benchmark::DoNotOptimize(gradient.data());
+  }
+}
+BENCHMARK(BM_GradientOfComposite)->Args({4, 7});
+BENCHMARK(BM_GradientOfCompositeByDifferences)->Args({4, 7});
 
 // ---- Execution times at 1 kHz ------------------------------------------------------------------------
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "vantage/features/feature_gradient.h"
+
 namespace vantage {
 namespace {
 
@@ -140,19 +142,21 @@ ActiveOutput CameraTask::Step(const ServoSnapshot& snapshot) {
 
 JointVector LogCompositeGradient(const ViewModel& view, const JointVector& q,
                                  const Eigen::Isometry3d& X_WC) {
-  constexpr double kStep = 1e-4;  // [rad or m]
-  const auto log_w = [&](const JointVector& at) {
-    return MeasureOf(CompositeJacobian(view, SampleArm(view, at), X_WC)).log_w;
-  };
-  JointVector gradient(q.size());
-  for (int i = 0; i < q.size(); ++i) {
-    JointVector more = q;
-    JointVector less = q;
-    more(i) += kStep;
-    less(i) -= kStep;
-    gradient(i) = (log_w(more) - log_w(less)) / (2.0 * kStep);
+  const Kinematics kinematics = ComputeKinematics(view.arm, q);
+  const Eigen::Isometry3d X_CE = X_WC.inverse() * kinematics.X_WE;
+  PointViews points;
+  for (const Marker& marker : view.markers) points.push_back(ViewOf(X_CE * marker.p, true));
+  FeatureRows rows;
+  view.features.Evaluate(view.camera, points, &rows, InteractionSource::kClosedForm);
+  const Eigen::Vector3d p_WE = kinematics.X_WE.translation();
+  const TaskJacobian J_c = ImageJacobian(rows.L_body, X_WC, p_WE).lazyProduct(kinematics.J_WE_W);
+  const LogGradient log_w = GradientOfLog(Decompose(J_c));
+  if (log_w.status != GradientStatus::kOk) {
+    return JointVector::Constant(q.size(), std::numeric_limits<double>::quiet_NaN());
   }
-  return gradient;
+  return GradientThroughComposite(view.features, view.camera, points, rows,
+                                  {X_WC, p_WE, kinematics.J_WE_W}, log_w.by_J)
+      .joints;
 }
 
 }  // namespace vantage

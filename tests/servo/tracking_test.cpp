@@ -136,6 +136,26 @@ TEST(LogCompositeGradient, PointsUpTheMeasure) {
   EXPECT_NEAR(gain, step * gradient.squaredNorm(), 0.02 * step * gradient.squaredNorm());
 }
 
+TEST(LogCompositeGradient, MatchesCentralDifferences) {
+  const ViewModel view = PumaView(5);
+  const JointVector q = Joints({0.1, 0.6, -1.0, 0.3, 0.2});
+  const Eigen::Isometry3d X_WC = LookFrom({1.2, -1.5, 1.0});
+  const JointVector gradient = LogCompositeGradient(view, q, X_WC);
+  constexpr double kStep = 1e-5;
+  for (int i = 0; i < q.size(); ++i) {
+    const JointVector step = kStep * JointVector::Unit(q.size(), i);
+    const auto log_w = [&](const JointVector& at) {
+      return MeasureOf(CompositeJacobian(view, SampleArm(view, at), X_WC)).log_w;
+    };
+    const double expected = (log_w(q + step) - log_w(q - step)) / (2.0 * kStep);
+    EXPECT_NEAR(gradient(i), expected, 1e-7 * (1.0 + std::abs(expected)));
+  }
+  // No direction is up where no marker is seen.
+  Eigen::Isometry3d away = X_WC;
+  away.linear() *= Eigen::AngleAxisd(3.14159265358979323846, Eigen::Vector3d::UnitX()).matrix();
+  EXPECT_FALSE(LogCompositeGradient(view, q, away).allFinite());
+}
+
 // From rest the speed comes up without a step, and the sooner the shorter the start.
 TEST(SmoothStart, TakesItsTime) {
   double after[2];

@@ -35,8 +35,7 @@ class CameraTask {
   std::vector<JointVector> failed_;  // branches on which the servo stalled
 };
 
-/// ∂ log w_c / ∂q at q, by central differences of the model's closed forms [1/rad or 1/m]. Not finite where
-/// J_c is singular.
+/// ∂ log w_c / ∂q at q, by the model and in closed form [1/rad or 1/m]. Not finite where J_c is singular.
 [[nodiscard]] JointVector LogCompositeGradient(const ViewModel& view, const JointVector& q,
                                                const Eigen::Isometry3d& X_WC);
 
