@@ -529,7 +529,9 @@ HoldReason Servo::Control(Time now) noexcept {
   ServoLawResult law = ServoLaw(LawHere(), demand, J_c, system, bounds);
   if (!law.finite) return HoldReason::kNotFinite;
   law.qdot += qdot_path;
-  const bool wait = options_.hold_while_camera_moves && active_.state == ActiveState::kMoving;
+  const bool poor = output_.observability.mm_per_px > options_.wait_mm_per_px;
+  const bool wait =
+      (options_.hold_while_camera_moves || poor) && active_.state == ActiveState::kMoving;
   Command(now, wait ? RampToRest(limits_, qdot_, dt_) : law.qdot);
   return HoldReason::kNone;
 }
