@@ -4,9 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "vantage/servo/branch_choice.h"
-
 #include "vantage/features/feature_gradient.h"
+#include "vantage/servo/branch_choice.h"
 
 namespace vantage {
 namespace {
