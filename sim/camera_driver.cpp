@@ -11,6 +11,7 @@ CameraDriver::CameraDriver(std::unique_ptr<Eye> eye, CameraKnowledge knowledge,
       random_(seed + 1) {}
 
 void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
+                          const Eigen::Isometry3d& X_WG_true,
                           const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured) {
   const Duration period = FromSeconds(1.0 / effects_.rate);
   // On the camera's own grid, whatever the steps of the plant are.
@@ -22,7 +23,7 @@ void CameraDriver::Expose(Time now, const Eigen::Isometry3d& X_WC_true, const Jo
                  &predictions_);
 
   Pending pending{now + effects_.latency_frames * period, {}};
-  eye_->See(now, X_WC_true, q_true, predictions_, &pending.features);
+  eye_->See(now, X_WC_true, q_true, X_WG_true, predictions_, &pending.features);
   if (std::uniform_real_distribution<double>(0.0, 1.0)(random_) < effects_.drop_rate) return;
   pending.features.exposure = now;
   pending.features.stamp = pending.due;

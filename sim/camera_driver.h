@@ -37,7 +37,8 @@ class CameraDriver {
 
   /// Takes an image of the true state. The measured pose and joints go into the markers' prediction.
   void Expose(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
-              const Eigen::Isometry3d& X_WC_measured, const JointVector& q_measured);
+              const Eigen::Isometry3d& X_WG_true, const Eigen::Isometry3d& X_WC_measured,
+              const JointVector& q_measured);
 
   /// The newest features whose latency has passed, once each.
   [[nodiscard]] std::optional<ImageFeatures> Deliver(Time now);

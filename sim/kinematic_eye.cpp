@@ -47,7 +47,8 @@ bool KinematicEye::Sees(const Isometry3d& X_WC, const Isometry3d& X_WF, const Ma
 }
 
 void KinematicEye::See(Time /*now*/, const Isometry3d& X_WC_true, const JointVector& q_true,
-                       const std::vector<MarkerPrediction>& predictions, ImageFeatures* features) {
+                       const Isometry3d& X_WG, const std::vector<MarkerPrediction>& predictions,
+                       ImageFeatures* features) {
   PlaceCapsules(arm_, q_true, &capsules_);
   const Isometry3d X_WE = EndEffectorPose(arm_, q_true);
   plates_.clear();
@@ -57,7 +58,7 @@ void KinematicEye::See(Time /*now*/, const Isometry3d& X_WC_true, const JointVec
     }
   };
   place(tool_markers_, X_WE);
-  place(goal_markers_, Isometry3d::Identity());
+  place(goal_markers_, X_WG);
   features->count = 0;
   for (const MarkerPrediction& prediction : predictions) {
     if (features->count == kMaxMarkers) break;
@@ -71,7 +72,7 @@ void KinematicEye::See(Time /*now*/, const Isometry3d& X_WC_true, const JointVec
       }
     };
     look(tool_markers_, X_WE);
-    look(goal_markers_, Isometry3d::Identity());
+    look(goal_markers_, X_WG);
     // Drawn whether seen or not: the noise of one marker does not depend on the others.
     const double u = noise_(random_);
     const double v = noise_(random_);

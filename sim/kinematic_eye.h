@@ -21,7 +21,8 @@ class KinematicEye final : public Eye {
                std::vector<Marker> goal_markers, double sigma_px, std::uint64_t seed);
 
   void See(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
-           const std::vector<MarkerPrediction>& predictions, ImageFeatures* features) override;
+           const Eigen::Isometry3d& X_WG, const std::vector<MarkerPrediction>& predictions,
+           ImageFeatures* features) override;
 
  private:
   [[nodiscard]] bool Sees(const Eigen::Isometry3d& X_WC, const Eigen::Isometry3d& X_WF,

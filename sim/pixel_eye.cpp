@@ -12,8 +12,9 @@ PixelEye::PixelEye(Renderer renderer, ArmModel arm, const CameraModel& nominal,
       tracker_(nominal, tracker) {}
 
 void PixelEye::See(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
-                   const std::vector<MarkerPrediction>& predictions, ImageFeatures* features) {
-  const SceneState truth{ComputeLinkPoses(arm_, q_true), EndEffectorPose(arm_, q_true)};
+                   const Eigen::Isometry3d& X_WG, const std::vector<MarkerPrediction>& predictions,
+                   ImageFeatures* features) {
+  const SceneState truth{ComputeLinkPoses(arm_, q_true), EndEffectorPose(arm_, q_true), X_WG};
   const MarkerTracker::SearchPlan& plan = tracker_.Plan(predictions, now);
   chain_.Begin(now);
   if (plan.whole_image) {

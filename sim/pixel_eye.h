@@ -16,7 +16,8 @@ class PixelEye final : public Eye {
            const TrackerOptions& tracker, const ImageEffects& effects, std::uint64_t seed);
 
   void See(Time now, const Eigen::Isometry3d& X_WC_true, const JointVector& q_true,
-           const std::vector<MarkerPrediction>& predictions, ImageFeatures* features) override;
+           const Eigen::Isometry3d& X_WG, const std::vector<MarkerPrediction>& predictions,
+           ImageFeatures* features) override;
 
  private:
   Renderer renderer_;

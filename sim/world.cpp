@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "sim/goal_motion.h"
 #include "sim/kinematic_eye.h"
 #include "sim/pixel_eye.h"
 #include "sim/render/arm_scene.h"
@@ -95,12 +96,18 @@ World::World(const Scenario& scenario, Time start)
       rig_(scenario.rig, scenario.q_c_start),
       X_error_(PoseError(scenario.sim)),
       camera_(MakeCamera(scenario)),
+      start_(start),
       now_(start) {
   camera_.Start(start);
 }
 
 SceneState World::Scene() const {
-  return {ComputeLinkPoses(arm_.arm(), arm_.q()), EndEffectorPose(arm_.arm(), arm_.q())};
+  return {ComputeLinkPoses(arm_.arm(), arm_.q()), EndEffectorPose(arm_.arm(), arm_.q()), X_WG()};
+}
+
+Isometry3d World::X_WG() const {
+  return Isometry3d(
+      Eigen::Translation3d(GoalShift(scenario_.sim.goal_motion, ToSeconds(now_ - start_))));
 }
 
 Isometry3d World::MeasuredPose() const {
@@ -118,7 +125,7 @@ void World::Advance(Time now) {
     arm_.Step(now_, scenario_.sim.step);
     rig_.Step(scenario_.sim.step);
     if (camera_.Due(now_)) {
-      camera_.Expose(now_, rig_.X_WC(), arm_.q(), MeasuredPose(), arm_.Read(now_).q);
+      camera_.Expose(now_, rig_.X_WC(), arm_.q(), X_WG(), MeasuredPose(), arm_.Read(now_).q);
     }
   }
 }
@@ -138,7 +145,7 @@ GroundTruth World::truth() const {
   const Isometry3d X_WE = EndEffectorPose(arm_.arm(), arm_.q());
   double sum = 0.0;
   for (std::size_t i = 0; i < goal.size(); ++i) {
-    const double distance = (X_WE * scenario_.task.view.markers[i].p - goal[i]).norm();
+    const double distance = (X_WE * scenario_.task.view.markers[i].p - X_WG() * goal[i]).norm();
     truth.worst_error = std::max(truth.worst_error, distance);
     sum += distance * distance;
   }

@@ -58,6 +58,7 @@ class World {
 
  private:
   [[nodiscard]] SceneState Scene() const;
+  [[nodiscard]] Eigen::Isometry3d X_WG() const;
   [[nodiscard]] Eigen::Isometry3d MeasuredPose() const;
 
   Scenario scenario_;
@@ -65,6 +66,7 @@ class World {
   RigPlant rig_;
   Eigen::Isometry3d X_error_;  // of the camera's measured pose, in C
   CameraDriver camera_;
+  Time start_{};
   Time now_{};
 };
 

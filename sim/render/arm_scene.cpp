@@ -122,7 +122,7 @@ std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look,
 }
 
 Scene MakeArmScene(const ArmModel& arm, const std::vector<Marker>& tool_markers,
-                   const std::vector<Marker>& world_markers, const ArmLook& look,
+                   const std::vector<Marker>& goal_markers, const ArmLook& look,
                    std::vector<std::string>* warnings) {
   Scene scene;
   scene.bodies = MakeArmBodies(arm, look, warnings);
@@ -146,7 +146,7 @@ Scene MakeArmScene(const ArmModel& arm, const std::vector<Marker>& tool_markers,
       scene.bodies.push_back({frame, std::move(plates), look.plate, 0.1F});
   };
   add(kToolFrame, tool_markers);
-  add(kWorldFrame, world_markers);
+  add(kGoalFrame, goal_markers);
   AddStruts(tool_markers, look, &scene);
   return scene;
 }

@@ -25,10 +25,10 @@ struct ArmLook {
 [[nodiscard]] std::vector<Body> MakeArmBodies(const ArmModel& arm, const ArmLook& look = {},
                                               std::vector<std::string>* warnings = nullptr);
 
-/// A whole scene: the arm, `tool_markers` on plates on its end effector, `world_markers` on plates in
-/// the world.
+/// A whole scene: the arm, `tool_markers` on plates on its end effector, `goal_markers` on plates in
+/// the goal's frame.
 [[nodiscard]] Scene MakeArmScene(const ArmModel& arm, const std::vector<Marker>& tool_markers,
-                                 const std::vector<Marker>& world_markers, const ArmLook& look = {},
+                                 const std::vector<Marker>& goal_markers, const ArmLook& look = {},
                                  std::vector<std::string>* warnings = nullptr);
 
 }  // namespace vantage::sim

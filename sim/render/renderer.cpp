@@ -179,7 +179,7 @@ void Validate(const CameraModel& camera, const Scene& scene) {
   Require(scene.markers.size() <= kMaxMarkers, "scene.markers",
           "must be at most " + std::to_string(kMaxMarkers) + ", are " +
               std::to_string(scene.markers.size()));
-  const auto known = [](int frame) { return frame >= kToolFrame && frame < kMaxJoints; };
+  const auto known = [](int frame) { return frame >= kGoalFrame && frame < kMaxJoints; };
   for (const SceneMarker& marker : scene.markers) {
     const std::string key = "scene.markers." + std::to_string(marker.marker.id);
     Require(known(marker.frame), key, "is fixed to no frame: " + std::to_string(marker.frame));

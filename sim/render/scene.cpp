@@ -21,6 +21,7 @@ Isometry3d MarkerFrame(const Marker& marker) {
 Eigen::Isometry3d FramePose(const SceneState& state, int frame) noexcept {
   if (frame == kWorldFrame) return Eigen::Isometry3d::Identity();
   if (frame == kToolFrame) return state.X_WE;
+  if (frame == kGoalFrame) return state.X_WG;
   assert(frame >= 0 && frame < kMaxJoints);
   return state.X_WL[frame];
 }

@@ -18,6 +18,7 @@ namespace vantage::sim {
 /// Frames that things are fixed to, besides the links 0..n-1.
 inline constexpr int kWorldFrame = -1;  ///< W.
 inline constexpr int kToolFrame = -2;   ///< The end effector's frame E.
+inline constexpr int kGoalFrame = -3;   ///< The goal's: W, unless the goal moves.
 
 /// One rigid mesh of one colour.
 struct Body {
@@ -65,13 +66,16 @@ struct Scene {
 struct SceneState {
   LinkPoses X_WL{};                                       ///< Poses of the links.
   Eigen::Isometry3d X_WE{Eigen::Isometry3d::Identity()};  ///< Pose of the end effector.
+  Eigen::Isometry3d X_WG{Eigen::Isometry3d::Identity()};  ///< Pose of the goal's frame.
 
   SceneState() { X_WL.fill(Eigen::Isometry3d::Identity()); }
-  SceneState(const LinkPoses& links, const Eigen::Isometry3d& tool) : X_WL(links), X_WE(tool) {}
+  SceneState(const LinkPoses& links, const Eigen::Isometry3d& tool,
+             const Eigen::Isometry3d& goal = Eigen::Isometry3d::Identity())
+      : X_WL(links), X_WE(tool), X_WG(goal) {}
 };
 
 /// Pose of a frame of the scene in W.
-/// @pre frame is kWorldFrame, kToolFrame or in [0, kMaxJoints).
+/// @pre frame is kWorldFrame, kToolFrame, kGoalFrame or in [0, kMaxJoints).
 [[nodiscard]] Eigen::Isometry3d FramePose(const SceneState& state, int frame) noexcept;
 
 /// The thin round plate that a marker is glued on, in the frame that the marker is fixed to.

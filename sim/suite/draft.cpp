@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/goal_motion.h"
 #include "vantage/config/loaders.h"
 #include "vantage/observability/measures.h"
 
@@ -208,7 +209,7 @@ Scenario MakeCell(ArmSet arms, bool housed) {
   scenario.servo.period = 0.005;
   scenario.sim.step = 0.005;
   // The task is done within 2 mm: the view must be able to tell, and the image must say so.
-  scenario.servo.convergence.max_mm_per_px = 6.0;
+  scenario.servo.convergence.max_mm_per_px = 8.0;
   scenario.servo.convergence.tolerance_mm = 0.8;
   scenario.active.planner.max_mm_per_px = scenario.servo.convergence.max_mm_per_px;
   scenario.sim.arm.encoder_bias = 0.3 * kDegree;
@@ -231,6 +232,7 @@ bool DrawMotion(ArmSet arms, const MotionDemand& demand, Random* random, Draft* 
     const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
     draft->q_start(i) = Uniform(random, limit.lower, limit.upper);
   }
+  if (demand.q_start.size() == n) draft->q_start = demand.q_start;
   if (!Ordinary(arms, arm, draft->q_start)) return false;
   JointVector step(n);
   for (int i = 0; i < n; ++i) step(i) = Uniform(random, -1.0, 1.0);
@@ -259,6 +261,41 @@ bool DrawMotion(ArmSet arms, const MotionDemand& demand, Random* random, Draft* 
   if (demand.half_turn) kit.goal_marker_E = Vector3d(0.05, 0.0, -0.045);
   PlaceGoal(kit, draft);
   return !RunsIntoGoal(*draft);
+}
+
+bool DrawGoalMotion(Random* random, Draft* draft) {
+  constexpr int kPhases = 24;
+  constexpr double kWay = 0.16, kWiggle = 0.06;  // [m]
+  Scenario& scenario = draft->scenario;
+  const ArmModel& arm = scenario.task.view.arm;
+  std::normal_distribution<double> normal(0.0, 1.0);
+  const auto along = [&](double length) {
+    Vector3d direction(normal(*random), normal(*random), normal(*random));
+    if (arm.size() == 2) direction.z() = 0.0;
+    return Vector3d(length * direction.normalized());
+  };
+  GoalMotion& motion = scenario.sim.goal_motion;
+  motion.a = along(kWay);
+  motion.b = along(kWiggle);
+  scenario.task.goal.max_speed = GreatestSpeed(motion);
+  std::vector<Vector3d> p_EM;
+  for (const Marker& marker : scenario.task.view.markers) p_EM.push_back(marker.p);
+  JointVector q = draft->q_goal;
+  for (int phase = 1; phase < kPhases; ++phase) {
+    const Vector3d shift = GoalShift(motion, motion.period * phase / kPhases);
+    std::vector<Vector3d> p_WG;
+    for (const Vector3d& p : scenario.p_WG_true) p_WG.push_back(p + shift);
+    const auto solution = SolveForPoints(arm, p_EM, p_WG, q, 1e-5);
+    if (!solution.converged || (solution.q - q).lpNorm<Eigen::Infinity>() > 0.5) return false;
+    q = solution.q;
+    const ArmSample sample = SampleArm(scenario.task.view, q);
+    if (!BodyClear(arm, sample) || sample.markers.front().normal_W.z() < -0.3) return false;
+    for (int i = 0; i < q.size(); ++i) {
+      const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
+      if (q(i) < limit.lower + 5.0 * kDegree || q(i) > limit.upper - 5.0 * kDegree) return false;
+    }
+  }
+  return true;
 }
 
 bool SeesArm(const Draft& draft, int sample, const Isometry3d& X_WC) {

@@ -34,12 +34,17 @@ struct MotionDemand {
   double least{0.35}, most{1.0};  ///< Largest joint step from start to goal [rad].
   bool goal_near_singularity{false};
   bool half_turn{false};  ///< The last joint turns by half a turn, the others by a little.
+  JointVector q_start;    ///< Where it starts; empty: anywhere.
 };
 
 /// Draws start and goal joints, and puts the goal's markers into the scene. False: this draw is none
 /// (arm near a singularity, in the floor or in itself).
 [[nodiscard]] bool DrawMotion(ArmSet arms, const MotionDemand& demand, Random* random,
                               Draft* draft);
+
+/// Draws a motion of the goal within the arm's reach, and what the servo is told of its speed. False: this
+/// draw is none.
+[[nodiscard]] bool DrawGoalMotion(Random* random, Draft* draft);
 
 /// Every marker of the end effector at motion[sample] is seen from X_WC.
 [[nodiscard]] bool SeesArm(const Draft& draft, int sample, const Eigen::Isometry3d& X_WC);

@@ -16,7 +16,7 @@ struct TaskResult {
   bool success{false};          ///< Converged, and the true error is below kSuccessMillimetres.
   bool converged{false};        ///< The servo said so.
   double duration{0.0};         ///< Simulated time until it converged or gave up [s].
-  double true_error_mm{0.0};    ///< Worst marker.
+  double true_error_mm{0.0};    ///< Worst marker, at the end; of a goal that moves: see RunTask().
   double joint_error_deg{0.0};  ///< Worst joint's distance to the goal's joints [deg].
   double error_px{0.0};
   double mm_per_px{0.0};
@@ -24,11 +24,20 @@ struct TaskResult {
   double travel_m{0.0};         ///< Way of the camera's centre.
   std::int64_t moves{0};
   std::int64_t limit_violations{0};
-  std::string end;  ///< "converged", or the state and reason at the time limit.
+  double low_share{0.0};  ///< Share of the time that the trigger's measure was below its threshold.
+  int goals_reached{0};   ///< Of a sequence; 1 of a single goal that was reached.
+  std::string end;        ///< "converged", or the state and reason at the time limit.
 };
 
-/// Plays the scenario to its end in lockstep. Deterministic.
-/// @param q_goal  Joints at the goal, for judging.
-[[nodiscard]] TaskResult RunTask(const Scenario& scenario, const JointVector& q_goal);
+/// A goal that moves counts as followed when, from this time on [s], no marker is further from its goal
+/// point than that [mm] for 95 % of the time; this share's error is the result's true_error_mm.
+inline constexpr double kFollowFrom = 15.0;
+inline constexpr double kFollowMillimetres = 10.0;
+
+/// Plays the task to its end in lockstep: until it has converged, all its goals one after the other (the
+/// arm and the camera stay where they are in between), or for the whole time limit where the goal moves.
+/// Deterministic.
+/// @param scenario  The task's, as a strategy plays it.
+[[nodiscard]] TaskResult RunTask(const Scenario& scenario, const SuiteTask& task);
 
 }  // namespace vantage::sim

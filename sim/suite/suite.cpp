@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "sim/goal_motion.h"
 #include "sim/suite/draft.h"
 #include "vantage/math/error.h"
 
@@ -128,6 +129,8 @@ struct Recipe {
   std::function<void(Random*, Draft*)> change_cell;  // once start and goal are drawn
   std::function<void(Random*, Scenario*)> add_error;
   bool housed{false};
+  bool goal_moves{false};
+  int more_goals{0};  // of a sequence
 };
 
 // Direction round the cell from which the markers can be seen at the goal, give or take 60 degrees.
@@ -236,6 +239,10 @@ Recipe RecipeOf(const std::string& scenario) {
     recipe.camera = AnyView();
     recipe.motion.least = 1.4;
     recipe.motion.most = 2.2;
+  } else if (scenario == "follow") {
+    recipe.goal_moves = true;
+  } else if (scenario == "sequence") {
+    recipe.more_goals = 9;
   }
   return recipe;
 }
@@ -258,6 +265,25 @@ std::optional<RigVector> ChooseCamera(const CameraChoice& choice, const Draft& d
   return best;
 }
 
+// Each goal's motion starts where the one before ends.
+bool AddGoals(ArmSet arms, const Recipe& recipe, const Scenario& cell, Random* random,
+              SuiteTask* task) {
+  constexpr int kDraws = 20000;
+  MotionDemand demand = recipe.motion;
+  demand.q_start = task->q_goal;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    if (static_cast<int>(task->next.size()) == recipe.more_goals) return true;
+    Draft draft{cell, {}, {}, {}, {}};
+    if (!DrawMotion(arms, demand, random, &draft) || !Feasible(draft, random)) continue;
+    Scenario& scenario = draft.scenario;
+    recipe.add_error(random, &scenario);
+    task->next.push_back(
+        {scenario.task.goal, scenario.sim.goal_markers, scenario.p_WG_true, draft.q_goal});
+    demand.q_start = draft.q_goal;
+  }
+  return static_cast<int>(task->next.size()) == recipe.more_goals;
+}
+
 const std::vector<std::pair<const char*, std::vector<ArmSet>>>& Table() {
   using A = ArmSet;
   static const std::vector<std::pair<const char*, std::vector<ArmSet>>> table{
@@ -274,6 +300,16 @@ const std::vector<std::pair<const char*, std::vector<ArmSet>>>& Table() {
       {"S10", {A::kPuma3Points, A::kPuma560}},
       {"S11", {A::kPuma3Points, A::kPuma560}},
       {"S12", {A::kPlanar2, A::kPuma3Points, A::kPuma560}},
+  };
+  return table;
+}
+
+// Played by their own names alone.
+const std::vector<std::pair<const char*, std::vector<ArmSet>>>& LongTasks() {
+  using A = ArmSet;
+  static const std::vector<std::pair<const char*, std::vector<ArmSet>>> table{
+      {"follow", {A::kPlanar2, A::kPuma560}},
+      {"sequence", {A::kPlanar2, A::kPuma3Points, A::kPuma560}},
   };
   return table;
 }
@@ -312,13 +348,24 @@ std::vector<SuiteEntry> SuiteEntries(const std::string& suite) {
       }
     }
   }
+  for (const auto& [name, arm_sets] : LongTasks()) {
+    for (const ArmSet arms : arm_sets) {
+      const SuiteEntry entry{name, arms};
+      if (suite == name || suite == Name(entry)) entries.push_back(entry);
+    }
+  }
   if (entries.empty()) {
-    throw ConfigError("", "suite",
-                      "must be bad-starts, all, quick, a scenario (S1 to S12) or a row such as "
-                      "S4/planar2, is " +
-                          suite);
+    throw ConfigError(
+        "", "suite",
+        "must be bad-starts, all, quick, follow, sequence, a scenario (S1 to S12) or a row such as "
+        "S4/planar2, is " +
+            suite);
   }
   return entries;
+}
+
+bool Follows(const Scenario& scenario) {
+  return GreatestSpeed(scenario.sim.goal_motion) > 0.0;
 }
 
 SuiteTask MakeSuiteTask(const SuiteEntry& entry, std::uint64_t seed) {
@@ -331,6 +378,7 @@ SuiteTask MakeSuiteTask(const SuiteEntry& entry, std::uint64_t seed) {
     if (!DrawMotion(entry.arms, recipe.motion, &random, &draft)) continue;
     if (recipe.change_cell) recipe.change_cell(&random, &draft);
     if (!Feasible(draft, &random)) continue;
+    if (recipe.goal_moves && !DrawGoalMotion(&random, &draft)) continue;
     const std::optional<RigVector> q_c = ChooseCamera(recipe.camera, draft, &random);
     if (!q_c) continue;
     Scenario& scenario = draft.scenario;
@@ -340,7 +388,9 @@ SuiteTask MakeSuiteTask(const SuiteEntry& entry, std::uint64_t seed) {
     scenario.sim.q_start = draft.q_start;
     scenario.sim.seed = mixed % 1000000000u;
     recipe.add_error(&random, &scenario);
-    return {scenario, draft.q_goal};
+    SuiteTask task{scenario, draft.q_goal, {}};
+    if (!AddGoals(entry.arms, recipe, cell, &random, &task)) continue;
+    return task;
   }
   throw Error("suite: no task found for " + Name(entry) + ", seed " + std::to_string(seed));
 }

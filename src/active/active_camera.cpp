@@ -1,8 +1,6 @@
 #include "vantage/active/active_camera.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -29,8 +27,31 @@ constexpr double kHeadway = 0.05;
 constexpr double kAstrayDistance = 0.05;  // [m]
 constexpr double kAstrayAngle = 0.05;     // [rad]
 constexpr double kAstrayTime = 1.0;       // [s]
+// Views that failed are remembered for an arm within this of where it was [rad or m], so many at most.
+constexpr double kArmElsewhere = 0.1;
+constexpr std::size_t kMostSpoiled = 12;
 // Step of the gradient's central differences [m or rad].
 constexpr double kGradientStep = 1e-4;
+
+// How many of the arm's markers, whichever they are, the features can do without: those that are left
+// still span the task. One at most is counted on.
+int SpareMarkers(const ViewModel& model) {
+  const std::vector<Feature>& features = model.features.features();
+  const int needed =
+      std::min({static_cast<int>(features.size()), model.arm.size(), kTaskDimension});
+  for (int marker = 0; marker < model.features.num_points(); ++marker) {
+    const auto left = std::count_if(features.begin(), features.end(), [&](const Feature& feature) {
+      return std::find(feature.points.begin(), feature.points.end(), marker) ==
+             feature.points.end();
+    });
+    if (left < needed) return 0;
+  }
+  return 1;
+}
+
+bool ArmNear(const JointVector& a, const JointVector& b) noexcept {
+  return (a - b).lpNorm<Eigen::Infinity>() <= kArmElsewhere;
+}
 
 bool WithinLimits(const CameraRig& rig, const RigVector& q_c) noexcept {
   return q_c.allFinite() && (ClampToLimits(rig, q_c) - q_c).cwiseAbs().sum() == 0.0;
@@ -107,7 +128,8 @@ ActiveCamera::ActiveCamera(ViewModel model, CameraRig rig, const RigVector& q_c_
     : model_(std::move(model)),
       rig_(std::move(rig)),
       options_(options),
-      motion_(CheckedStart(model_, rig_, q_c_start, options_)) {}
+      motion_(CheckedStart(model_, rig_, q_c_start, options_)),
+      spare_markers_(SpareMarkers(model_)) {}
 
 bool ActiveCamera::UsableInputs(const ActiveInputs& inputs) const {
   const int n = model_.arm.size();
@@ -269,12 +291,23 @@ PlanRequest ActiveCamera::RequestFrom(const ActiveInputs& inputs, const RigVecto
   request.goal_markers = inputs.goal_markers;
   request.q_c = q_c;
   request.q_c_stay = q_c;
+  for (const SpoiledView& view : spoiled_) {
+    if (ArmNear(view.q, inputs.q)) request.X_WSpoiled.push_back(view.X_WC);
+  }
   const JointVector to_goal = inputs.q_goal - inputs.q;
   const double distance2 = to_goal.squaredNorm();
   if (distance2 > 1e-12) {
     request.progress_rate = std::max(0.0, inputs.qdot.dot(to_goal) / distance2);
   }
   return request;
+}
+
+// A view that fails though the model likes it is likely to fail again, until the arm is elsewhere.
+void ActiveCamera::RememberSpoiled(const ActiveInputs& inputs) {
+  const auto elsewhere = [&](const SpoiledView& view) { return !ArmNear(view.q, inputs.q); };
+  spoiled_.erase(std::remove_if(spoiled_.begin(), spoiled_.end(), elsewhere), spoiled_.end());
+  if (spoiled_.size() == kMostSpoiled) spoiled_.erase(spoiled_.begin());
+  spoiled_.push_back({RigPose(rig_, motion_.q_c()), inputs.q});
 }
 
 void ActiveCamera::Begin(const RigPath& path, double gain, bool may_lose) {
@@ -297,16 +330,19 @@ void ActiveCamera::Plan(const ActiveInputs& inputs, ActiveReason reason) {
   output_.reason = reason;
   last_plan_ = inputs.now;
   ++output_.plans;
+  const bool spoiled = reason == ActiveReason::kMarkerLost ||
+                       (reason == ActiveReason::kStalled && !inputs.uncertified);
+  if (spoiled) RememberSpoiled(inputs);
   PlanRequest request = RequestFrom(inputs, motion_.q_c());
   // The camera loses markers that the model sees, or the servo stands in a view that looks good: what
   // is wrong here is not in the model.
   request.certify = inputs.uncertified;
-  request.stay_is_spoiled = reason == ActiveReason::kMarkerLost ||
-                            (reason == ActiveReason::kStalled && !inputs.uncertified);
+  request.stay_is_spoiled = spoiled;
   request.may_lose = reason == ActiveReason::kMarkerLost;
-  // Where the usual candidates are no good, more of them are looked at.
+  // Where the usual candidates are no good, more of them are looked at: the task waits for a view. A view
+  // that is merely low is not worth the search.
   PlannerOptions options = options_.planner;
-  options.candidates *= patience;
+  if (reason != ActiveReason::kLowMeasure) options.candidates *= patience;
   ViewPlan plan = PlanView(model_, rig_, options_.trigger, options, request);
   if (plan.verdict == PlanVerdict::kNoPath && !request.may_lose) {
     request.may_lose = true;
@@ -318,8 +354,12 @@ void ActiveCamera::Plan(const ActiveInputs& inputs, ActiveReason reason) {
     request.goal_optional = true;
     plan = PlanView(model_, rig_, options_.trigger, options, request);
   }
+  if (plan.verdict == PlanVerdict::kNoView && spare_markers_ > 0) {
+    request.may_lose = true;
+    request.spare_markers = spare_markers_;
+    plan = PlanView(model_, rig_, options_.trigger, options, request);
+  }
   output_.refusal = RefusalOf(plan.verdict);
-  if (getenv("VDBG")) fprintf(stderr, "t=%.2f reason=%d lost=%d verdict=%s stay=%.2f/%d/%s move=%.2f/%d may_lose=%d cert=%d opt=%d loses=%d mm=%.2f err=%.2f dist=%.3f\n", ToSeconds(inputs.now.time_since_epoch()), (int)reason, inputs.markers_lost, Name(plan.verdict), plan.stay.score, plan.stay.seen, Name(plan.stay.fault), plan.move.score, plan.move.seen, request.may_lose, request.certify, request.goal_optional, plan.loses, inputs.mm_per_px, inputs.error_px, (inputs.q_goal-inputs.q).norm());
   if (plan.verdict == PlanVerdict::kMove) {
     Begin(plan.path, plan.gain, plan.loses);
   } else {

@@ -138,6 +138,9 @@ class Scene {
   /// Makes the certificate of the motion's end count before all else.
   void Certify() { certify_ = true; }
 
+  /// So many of the arm's markers may be missing.
+  void Spare(int markers) { spare_markers_ = markers; }
+
   /// Leaves the goal's markers out of what must be seen; they stand in the way all the same.
   void NeglectGoal() { goal_optional_ = true; }
 
@@ -146,23 +149,33 @@ class Scene {
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(motion_.size()); }
 
-  /// First fault of the sample's markers and the goal's that is not occlusion.
+  /// First fault of the sample's markers, beyond those that may be missing, and of the goal's that is not
+  /// occlusion.
   [[nodiscard]] ViewFault Unobstructed(const ArmSample& sample, const Isometry3d& X_WC) const {
+    int missing = 0;
     for (const PlacedMarker& marker : sample.markers) {
       const ViewFault fault = CheckMarkerUnobstructed(model_.camera, options_.limits, X_WC, marker);
-      if (fault != ViewFault::kNone) return fault;
+      if (fault != ViewFault::kNone && ++missing > spare_markers_) return fault;
     }
     return GoalMarkers(X_WC);
   }
 
-  /// By a link, or by another marker.
-  [[nodiscard]] bool Hidden(const ArmSample& sample, const Vector3d& p_WC) const {
+  /// By a link, or by another marker: more of the arm's than may be missing, or one of the goal's.
+  [[nodiscard]] bool Hidden(const ArmSample& sample, const Isometry3d& X_WC) const {
+    const Vector3d p_WC = X_WC.translation();
     const auto hidden = [&](const PlacedMarker& marker) {
       return IsHidden(p_WC, marker, sample.capsules) || IsCovered(p_WC, marker, sample.markers) ||
              IsCovered(p_WC, marker, goal_markers_);
     };
-    return std::any_of(sample.markers.begin(), sample.markers.end(), hidden) ||
-           (!goal_optional_ && std::any_of(goal_markers_.begin(), goal_markers_.end(), hidden));
+    int missing = 0;
+    for (const PlacedMarker& marker : sample.markers) {
+      const bool gone =
+          hidden(marker) ||
+          (spare_markers_ > 0 && CheckMarkerUnobstructed(model_.camera, options_.limits, X_WC,
+                                                         marker) != ViewFault::kNone);
+      if (gone && ++missing > spare_markers_) return true;
+    }
+    return !goal_optional_ && std::any_of(goal_markers_.begin(), goal_markers_.end(), hidden);
   }
 
   /// The markers that are seen, of those that must be.
@@ -180,7 +193,7 @@ class Scene {
   }
 
   [[nodiscard]] bool Sees(const ArmSample& sample, const Isometry3d& X_WC) const {
-    return Unobstructed(sample, X_WC) == ViewFault::kNone && !Hidden(sample, X_WC.translation());
+    return Unobstructed(sample, X_WC) == ViewFault::kNone && !Hidden(sample, X_WC);
   }
 
   /// Samples up to the first fault that is not occlusion.
@@ -198,8 +211,8 @@ class Scene {
   /// Of the first `seen` samples, those up to the first at which a marker is hidden.
   [[nodiscard]] int CountNotHidden(const Isometry3d& X_WC, int seen) const {
     for (int i = 0; i < seen; ++i) {
-      if (Hidden(motion_[i], X_WC.translation())) return i;
-      if (i == 0 && soon_ != nullptr && seen > 1 && Hidden(*soon_, X_WC.translation())) return 1;
+      if (Hidden(motion_[i], X_WC)) return i;
+      if (i == 0 && soon_ != nullptr && seen > 1 && Hidden(*soon_, X_WC)) return 1;
     }
     return seen;
   }
@@ -284,6 +297,7 @@ class Scene {
   const ArmSample* soon_{nullptr};
   bool certify_{false};
   bool goal_optional_{false};
+  int spare_markers_{0};
   double highest_{0.0}, lowest_{0.0};
 };
 
@@ -543,6 +557,7 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
   }
   if (request.certify) scene.Certify();
   if (request.goal_optional) scene.NeglectGoal();
+  scene.Spare(request.spare_markers);
 
   ViewPlan plan;
   const Isometry3d X_WStay = RigPose(rig, request.q_c_stay);
@@ -559,11 +574,15 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
   Search search(scene, rig, options, request.q_c);
   std::vector<Candidate> open = OpenWorkspace(rig, request.q_c, aim_W, options.candidates,
                                               !IgnoresRoll(model), scene, &search);
-  const auto far_enough = [&](const Candidate& c) {
-    if (!request.stay_is_spoiled) return true;
-    return (c.X_WC.translation() - X_WStay.translation()).norm() +
-               Eigen::AngleAxisd(X_WStay.linear().transpose() * c.X_WC.linear()).angle() >=
+  const auto spoils = [](const Candidate& c, const Isometry3d& X_WSpoiled) {
+    return (c.X_WC.translation() - X_WSpoiled.translation()).norm() +
+               Eigen::AngleAxisd(X_WSpoiled.linear().transpose() * c.X_WC.linear()).angle() <
            kElsewhere;
+  };
+  const auto far_enough = [&](const Candidate& c) {
+    if (request.stay_is_spoiled && spoils(c, X_WStay)) return false;
+    return std::none_of(request.X_WSpoiled.begin(), request.X_WSpoiled.end(),
+                        [&](const Isometry3d& X_WSpoiled) { return spoils(c, X_WSpoiled); });
   };
   std::priority_queue<Candidate*, std::vector<Candidate*>, LessWorth> queue;
   for (Candidate& c : open) {

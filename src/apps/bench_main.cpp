@@ -97,7 +97,7 @@ void RunJobs(std::vector<Job>* jobs, const Settings& settings, int threads, Prog
         for (const auto& [strategy, result] : job.runs) {
           Scenario scenario = sim::WithStrategy(task.scenario, strategy);
           Apply(settings, &scenario);
-          *result = sim::RunTask(scenario, task.q_goal);
+          *result = sim::RunTask(scenario, task);
           progress->Done();
         }
       } catch (...) {
@@ -177,7 +177,9 @@ int Replay(const Arguments& arguments, const Settings& settings) {
 
 int List() {
   std::cout << "rows:";
-  for (const sim::SuiteEntry& entry : sim::SuiteEntries("all")) std::cout << ' ' << Name(entry);
+  for (const char* suite : {"all", "follow", "sequence"}) {
+    for (const sim::SuiteEntry& entry : sim::SuiteEntries(suite)) std::cout << ' ' << Name(entry);
+  }
   std::cout << "\nstrategies:";
   for (const sim::Strategy strategy : sim::AllStrategies()) std::cout << ' ' << Name(strategy);
   std::cout << "\nwithout:\n";
@@ -240,7 +242,7 @@ int main(int argc, char** argv) {
       "cores. The same seeds give the same results.",
       "vantage-bench");
   app.add_option("--suite", arguments.suite,
-                 "bad-starts, all, quick, a scenario (S4) or a row (S4/planar2)")
+                 "bad-starts, all, quick, follow, sequence, a scenario (S4) or a row (S4/planar2)")
       ->capture_default_str();
   app.add_option("--seeds", arguments.seeds, "Tasks of each row")
       ->check(CLI::Range(1, 1000000))

@@ -58,9 +58,9 @@ double Quantile(std::vector<double> values, double share) {
 std::string BenchTable(const std::vector<BenchRow>& rows) {
   std::string table;
   char line[240];
-  std::snprintf(line, sizeof line, "%-17s %-12s %7s %15s %6s %6s %7s %7s %7s %6s %7s %6s %5s\n",
+  std::snprintf(line, sizeof line, "%-17s %-12s %7s %15s %6s %6s %7s %7s %7s %6s %7s %6s %6s %5s\n",
                 "scenario", "strategy", "success", "95 % interval", "t [s]", "95 %", "err[mm]",
-                "95 %", "[deg]", "lost", "way [m]", "moves", "viol.");
+                "95 %", "[deg]", "lost", "way [m]", "moves", "low %", "viol.");
   table += line;
   std::string last_scenario;
   for (const BenchRow& row : rows) {
@@ -73,16 +73,17 @@ std::string BenchTable(const std::vector<BenchRow>& rows) {
     const auto lost = Values(row, false, [](const auto& r) { return r.lost_events; });
     const auto way = Values(row, false, [](const auto& r) { return r.travel_m; });
     const auto moves = Values(row, false, [](const auto& r) { return r.moves; });
+    const auto low = Values(row, false, [](const auto& r) { return r.low_share; });
     const auto violations = Values(row, false, [](const auto& r) { return r.limit_violations; });
     const double share = 100.0 * static_cast<double>(successes) / std::max(1.0, runs);
     std::snprintf(line, sizeof line,
                   "%-17s %-12s %6.1f%% [%5.1f, %5.1f]%% %6.1f %6.1f %7.2f %7.1f %7.2f %6.1f %7.2f "
-                  "%6.1f %5.0f\n",
+                  "%6.1f %6.1f %5.0f\n",
                   row.scenario == last_scenario ? "" : row.scenario.c_str(), row.strategy.c_str(),
                   share, 100.0 * interval.first, 100.0 * interval.second, Quantile(time, 0.5),
                   Quantile(time, 0.95), Quantile(error, 0.5), Quantile(error, 0.95),
                   Quantile(joints, 0.5), Sum(lost) / runs, Quantile(way, 0.5), Sum(moves) / runs,
-                  Sum(violations));
+                  100.0 * Sum(low) / runs, Sum(violations));
     table += line;
     last_scenario = row.scenario;
   }
@@ -123,6 +124,9 @@ void WriteBenchJson(const std::vector<BenchRow>& rows, const std::string& suite,
     entry["camera_travel_m_mean"] =
         mean(Values(row, false, [](const auto& r) { return r.travel_m; }));
     entry["moves_mean"] = mean(Values(row, false, [](const auto& r) { return r.moves; }));
+    entry["low_share_mean"] = mean(Values(row, false, [](const auto& r) { return r.low_share; }));
+    entry["goals_reached_mean"] =
+        mean(Values(row, false, [](const auto& r) { return r.goals_reached; }));
     entry["limit_violations"] =
         Sum(Values(row, false, [](const auto& r) { return r.limit_violations; }));
     entry["failures"] = Json::array();
@@ -135,7 +139,8 @@ void WriteBenchJson(const std::vector<BenchRow>& rows, const std::string& suite,
                                    {"true_error_mm", r.true_error_mm},
                                    {"error_px", r.error_px},
                                    {"mm_per_px", r.mm_per_px},
-                                   {"moves", r.moves}});
+                                   {"moves", r.moves},
+                                   {"goals_reached", r.goals_reached}});
     }
     root["rows"].push_back(entry);
   }

@@ -92,6 +92,9 @@ ServoOptions LoadServo(const Section& section) {
                                      "Time over which image and model are compared.");
   servo.limit_margin = section.Number("limit_margin", {0.0, 1.0, "rad"}, defaults.limit_margin,
                                       "Joints are kept this far inside their limits.");
+  servo.wait_mm_per_px =
+      section.Number("wait_mm_per_px", {0.001, 1e6, "mm/px"}, defaults.wait_mm_per_px,
+                     "In a view where one pixel hides more, the arm rests while the camera moves.");
   servo.stall_time = section.Number("stall_time", {0.1, 60.0, "s"}, defaults.stall_time,
                                     "An error that does not fall for this long is a stall.");
   servo.feature_noise_px =
@@ -170,6 +173,12 @@ SimOptions LoadSim(const Section& section, const ArmModel& arm) {
        {"osmesa", RendererBackend::kOsmesa},
        {"egl", RendererBackend::kEgl}},
       sim.renderer, "osmesa: software; egl: a GPU where there is one; auto: osmesa if installed.");
+  const Section motion = section.OptionalChild(
+      "goal_motion", "Motion of the goal's markers: a (1 - cos ωt) / 2 + b (1 - cos 2ωt) / 2.");
+  GoalMotion& m = sim.goal_motion;
+  m.a = motion.Vector3("a", {-10.0, 10.0, "m"}, m.a, "In world axes.");
+  m.b = motion.Vector3("b", {-10.0, 10.0, "m"}, m.b, "In world axes.");
+  m.period = motion.Number("period", {0.1, 3600.0, "s"}, m.period, "2π / ω.");
   const Section effects = section.OptionalChild("arm", "Effects of a real arm.");
   ArmEffects& a = sim.arm;
   a.lag = effects.Number("lag", {0.0, 1.0, "s"}, a.lag, "Time constant of the velocity loop.");

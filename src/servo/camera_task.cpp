@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
+
+#include "vantage/servo/branch_choice.h"
 
 namespace vantage {
 namespace {
@@ -16,15 +17,9 @@ constexpr double kSolved = 3e-3;
 constexpr double kGoalElsewhere = 0.03;
 // Points that do not fit the arm's exactly never will: a solution this much worse than the last is one.
 constexpr double kFitSlack = 1.5;
-// Random starts of the search for branches, besides the joints now.
-constexpr int kBranchStarts = 10;
-// Solutions nearer to one another than this are one branch [rad or m].
-constexpr double kSameBranch = 0.1;
 // A servo that stalls with a larger error than this [px], for so many steps, is stuck.
 constexpr double kStuckError = 3.0;
 constexpr int kStuckSteps = 200;
-// A goal further from what the arm can reach than this is no prediction [m].
-constexpr double kReachable = 0.05;
 
 }  // namespace
 
@@ -52,47 +47,11 @@ void CameraTask::SolveForGoal(const ActiveInputs& inputs, bool anew) {
   q_goal_ = ChooseBranch(inputs);
 }
 
-// Of the arm's branches the nearest whose way some view can watch; when there is none, the nearest.
-// Branches that failed are left out. Empty: the goal is out of reach.
 JointVector CameraTask::ChooseBranch(const ActiveInputs& inputs) {
-  const ArmModel& arm = task_.view.arm;
-  const JointVector& q = inputs.q;
-  const auto time_to = [&](const JointVector& q_goal) {
-    double time = 0.0;
-    for (Eigen::Index i = 0; i < q.size(); ++i) {
-      const double speed = arm.limits()[static_cast<std::size_t>(i)].velocity;
-      time = std::max(time, std::abs(q_goal(i) - q(i)) / speed);
-    }
-    return time;
-  };
-  const auto among = [](const std::vector<JointVector>& known, const JointVector& branch) {
-    return std::any_of(known.begin(), known.end(), [&](const JointVector& other) {
-      return (other - branch).lpNorm<Eigen::Infinity>() < kSameBranch;
-    });
-  };
-  const auto first = SolveForPoints(arm, p_EM_, p_WG_, q, kSolved);
-  if (first.rms_error >= kReachable) return JointVector();
-  fit_ = first.rms_error;
-  std::vector<JointVector> branches;
-  if (!among(failed_, first.q)) branches.push_back(first.q);
-  std::mt19937_64 random(1);
-  for (int start = 0; start < kBranchStarts; ++start) {
-    JointVector from = q;
-    for (Eigen::Index i = 0; i < q.size(); ++i) {
-      const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
-      from(i) = std::uniform_real_distribution<double>(limit.lower, limit.upper)(random);
-    }
-    const auto other = SolveForPoints(arm, p_EM_, p_WG_, from, std::max(kSolved, kFitSlack * fit_));
-    if (!other.converged || among(branches, other.q) || among(failed_, other.q)) continue;
-    branches.push_back(other.q);
-  }
-  std::sort(branches.begin(), branches.end(),
-            [&](const JointVector& a, const JointVector& b) { return time_to(a) < time_to(b); });
-  for (const JointVector& branch : branches) {
-    const auto motion = SampleMotion(task_.view, q, branch, planner_.path_samples);
-    if (CanWatch(task_.view, rig_, planner_, motion, inputs.goal_markers, q_c_)) return branch;
-  }
-  return branches.empty() ? JointVector() : branches.front();
+  const BranchRequest request{inputs.q, p_EM_, p_WG_, inputs.goal_markers, q_c_, failed_};
+  const Branch branch = vantage::ChooseBranch(task_.view, rig_, planner_, request, kSolved);
+  fit_ = branch.fit;
+  return branch.q;
 }
 
 // A servo that stands before a goal it does not reach is on the wrong branch, if there is another one.

@@ -382,8 +382,8 @@ void Servo::FitGoalLayout() noexcept {
     const bool seen = goal_last_seen_[i] && *goal_last_seen_[i] == features_.exposure;
     const auto at = Project(X_CW * p_WMarker_[i]);
     if (!seen || !at) continue;
-    points[static_cast<std::size_t>(count++)] = {
-        X_CW.linear() * (task_.goal.p_WG[i] - p_WOrigin), at->n + goal_offset_[i]};
+    points[static_cast<std::size_t>(count++)] = {X_CW.linear() * (task_.goal.p_WG[i] - p_WOrigin),
+                                                 at->n + goal_offset_[i]};
   }
   LayoutErrors errors;
   errors.n = kAveragedShare * options_.feature_noise_px / task_.view.camera.fx;
@@ -525,7 +525,9 @@ HoldReason Servo::Control(Time now) noexcept {
   ServoLawResult law = ServoLaw(LawHere(), demand, J_c, system, bounds);
   if (!law.finite) return HoldReason::kNotFinite;
   law.qdot += qdot_path;
-  const bool wait = options_.hold_while_camera_moves && active_.state == ActiveState::kMoving;
+  const bool poor = output_.observability.mm_per_px > options_.wait_mm_per_px;
+  const bool wait =
+      (options_.hold_while_camera_moves || poor) && active_.state == ActiveState::kMoving;
   Command(now, wait ? RampToRest(limits_, qdot_, dt_) : law.qdot);
   return HoldReason::kNone;
 }

@@ -383,6 +383,63 @@ TEST(PlanView, SpoiltViewIsLeftForAnotherPlace) {
   EXPECT_GE(X.translation().norm() + Eigen::AngleAxisd(X.linear()).angle(), 0.2);
 }
 
+TEST(PlanView, KeepsAwayFromEverySpoiltView) {
+  const test::Cell cell = test::Planar2();
+  PlanRequest request;
+  request.q = Vector2d(0.2, 1.2);
+  request.q_goal = Vector2d(0.4, 1.0);
+  request.q_c = request.q_c_stay = Vector4d(2.2, 0.3, 0.0, 0.0);
+  request.stay_is_spoiled = true;
+  for (int i = 0; i < 8; ++i) {
+    const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
+    ASSERT_EQ(plan.verdict, PlanVerdict::kMove) << i;
+    const Isometry3d X_WEnd = RigPose(cell.rig, plan.path.end());
+    for (const Isometry3d& X_WSpoiled : request.X_WSpoiled) {
+      const Isometry3d X = X_WSpoiled.inverse() * X_WEnd;
+      EXPECT_GE(X.translation().norm() + Eigen::AngleAxisd(X.linear()).angle(), 0.2) << i;
+    }
+    request.X_WSpoiled.push_back(X_WEnd);
+  }
+}
+
+// A marker of the goal lies face down: no view sees it, and all that see the arm will do when it need not be.
+TEST(PlanView, GoesOnWithoutTheGoalWhereItMay) {
+  const test::Cell cell = test::Planar2();
+  PlanRequest request;
+  request.q = Vector2d(0.2, 1.2);
+  request.q_goal = Vector2d(0.4, 1.0);
+  request.q_c = request.q_c_stay = Vector4d(2.2, 1.4, 0.0, 0.0);
+  request.goal_markers.push_back({Vector3d(0.2, 0.6, 0.05), -Vector3d::UnitZ(), 0.015});
+  EXPECT_EQ(PlanView(cell.model, cell.rig, {}, {}, request).verdict, PlanVerdict::kNoView);
+  request.goal_optional = true;
+  const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
+  ASSERT_EQ(plan.verdict, PlanVerdict::kMove);
+  const ArmSample sample = SampleArm(cell.model, request.q);
+  EXPECT_TRUE(
+      test::SeesAllByMarching(cell.model, sample, RigPose(cell.rig, plan.path.end()), 20.0));
+}
+
+// One of the arm's four markers faces the floor.
+TEST(PlanView, SparesAMarkerWhereItMay) {
+  test::Cell cell = test::Puma560();
+  std::mt19937 random(56);
+  const test::Task task = test::DrawTask(cell, 70.0, &random);
+  cell.model.markers[2].normal = -cell.model.markers[2].normal;
+  PlanRequest request = RequestFor(task);
+  EXPECT_EQ(PlanView(cell.model, cell.rig, {}, {}, request).verdict, PlanVerdict::kNoView);
+  request.spare_markers = 1;
+  const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
+  ASSERT_EQ(plan.verdict, PlanVerdict::kMove);
+  const ArmSample sample = SampleArm(cell.model, task.q);
+  const Isometry3d X_WC = RigPose(cell.rig, plan.path.end());
+  for (const std::size_t i : {0, 1, 3}) {
+    EXPECT_EQ(CheckMarkerAmong(cell.model.camera, PlannerOptions{}.limits, X_WC, sample.markers[i],
+                               sample, {}),
+              ViewFault::kNone)
+        << i;
+  }
+}
+
 // Each trigger measure is the one that its plan raises.
 TEST(PlanView, RaisesTheMeasureNamed) {
   const test::Cell cell = test::Puma560();

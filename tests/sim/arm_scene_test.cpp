@@ -90,7 +90,7 @@ TEST(ArmScene, MarkersAreOnTheToolAndInTheWorld) {
   const Scene scene = MakeArmScene(arm, {tool}, {goal});
   ASSERT_EQ(scene.markers.size(), 2U);
   EXPECT_EQ(scene.markers[0].frame, kToolFrame);
-  EXPECT_EQ(scene.markers[1].frame, kWorldFrame);
+  EXPECT_EQ(scene.markers[1].frame, kGoalFrame);
   ASSERT_EQ(scene.capsules.size(), arm.capsules().size());
   EXPECT_TRUE(scene.capsules[0].p_LB.isApprox(Vector3d(0.2, -0.1, 0.3)));
 }

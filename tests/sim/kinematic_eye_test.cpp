@@ -34,7 +34,7 @@ struct Cell {
     MarkerPrediction tool_prediction, goal_prediction;
     tool_prediction.id = tool.id;
     goal_prediction.id = goal.id;
-    eye.See(Time{}, X_WC, q, {tool_prediction, goal_prediction}, &features);
+    eye.See(Time{}, X_WC, q, Isometry3d::Identity(), {tool_prediction, goal_prediction}, &features);
     return features;
   }
 };

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/goal_motion.h"
 #include "sim/suite/run_task.h"
 #include "vantage/math/error.h"
 #include "vantage/observability/measures.h"
@@ -102,7 +103,7 @@ TaskResult Play(const SuiteEntry& entry, std::uint64_t seed, Strategy strategy) 
   const SuiteTask task = MakeSuiteTask(entry, seed);
   Scenario scenario = WithStrategy(task.scenario, strategy);
   scenario.sim.camera.kinematic = true;
-  return RunTask(scenario, task.q_goal);
+  return RunTask(scenario, task);
 }
 
 // What the project is for, in small: where a fixed camera fails, the active one succeeds.
@@ -118,6 +119,51 @@ TEST(Suite, QuickSuiteIsWonByTheActiveCamera) {
     EXPECT_GE(active, 4) << Name(entry);
     EXPECT_LT(fixed, active) << Name(entry);
   }
+}
+
+// A goal that moves is followed by the active camera; its motion starts from rest and stays within the
+// speed that the servo is told.
+TEST(Suite, FollowsAGoalThatMoves) {
+  const SuiteTask task = MakeSuiteTask(SuiteEntries("follow/puma560").front(), 1);
+  ASSERT_TRUE(Follows(task.scenario));
+  const GoalMotion& motion = task.scenario.sim.goal_motion;
+  EXPECT_TRUE(GoalShift(motion, 0.0).isZero(0.0));
+  constexpr double kStep = 1e-3;
+  double way = 0.0;
+  for (double t = 0.0; t < motion.period; t += kStep) {
+    const double speed = (GoalShift(motion, t + kStep) - GoalShift(motion, t)).norm() / kStep;
+    EXPECT_LE(speed, task.scenario.task.goal.max_speed + 1e-9) << t;
+    way += speed * kStep;
+  }
+  EXPECT_GT(way, 0.2);
+  Scenario scenario = task.scenario;
+  scenario.sim.camera.kinematic = true;
+  scenario.time_limit = 25.0;
+  const TaskResult active = RunTask(scenario, task);
+  EXPECT_TRUE(active.success) << active.true_error_mm;
+  EXPECT_EQ(active.limit_violations, 0);
+  EXPECT_NEAR(active.duration, 25.0, 0.1);
+  const TaskResult fixed = RunTask(WithStrategy(scenario, Strategy::kFixed), task);
+  EXPECT_GT(fixed.low_share, active.low_share);
+}
+
+// Ten goals; three of them are played here.
+TEST(Suite, GoesThroughASequenceOfGoals) {
+  SuiteTask task = MakeSuiteTask(SuiteEntries("sequence/puma560").front(), 1);
+  ASSERT_EQ(task.next.size(), 9u);
+  JointVector q = task.q_goal;
+  for (const GoalStage& stage : task.next) {
+    EXPECT_GT((stage.q_goal - q).lpNorm<Eigen::Infinity>(), 0.1);
+    q = stage.q_goal;
+  }
+  task.next.resize(2);
+  Scenario scenario = task.scenario;
+  scenario.sim.camera.kinematic = true;
+  const TaskResult result = RunTask(scenario, task);
+  EXPECT_TRUE(result.success) << result.end;
+  EXPECT_EQ(result.goals_reached, 3);
+  EXPECT_EQ(result.limit_violations, 0);
+  EXPECT_LT(result.true_error_mm, kSuccessMillimetres);
 }
 
 // Every strategy plays to an end, the same one each time.

@@ -130,6 +130,7 @@ class ActiveCamera {
   [[nodiscard]] ActiveReason Demand(const ActiveInputs& inputs);
   void Plan(const ActiveInputs& inputs, ActiveReason reason);
   void PlanOnTheWay(const ActiveInputs& inputs);
+  void RememberSpoiled(const ActiveInputs& inputs);
   [[nodiscard]] PlanRequest RequestFrom(const ActiveInputs& inputs, const RigVector& q_c) const;
   void Begin(const RigPath& path, double gain, bool may_lose);
   const ActiveOutput& Publish(const ActiveInputs& inputs);
@@ -151,6 +152,12 @@ class ActiveCamera {
   std::optional<Time> held_since_;    // by the guard
   double held_at_{0.0};               // where on the path, by the guard
   std::optional<Time> astray_since_;  // the rig stands elsewhere than commanded
+  struct SpoiledView {
+    Eigen::Isometry3d X_WC;
+    JointVector q;  // where the arm was
+  };
+  std::vector<SpoiledView> spoiled_;  // views that did not show what the model sees
+  int spare_markers_{0};              // any so many of the arm's may be missing
   int lost_count_{0};                 // steps in a row with a marker lost
   int fruitless_in_a_row_{0};
   ArmSample sample_, soon_;  // of this step

@@ -46,6 +46,10 @@ struct PlanRequest {
   bool stay_is_spoiled{false};  ///< Something the model does not know of spoils that view.
   /// The arm is at its goal by the image: what counts is a view that certifies it.
   bool certify{false};
+  /// Views where markers were lost that the model sees: no view near one of them is chosen.
+  std::vector<Eigen::Isometry3d> X_WSpoiled;
+  /// So many of the arm's markers may be missing: the features that are left are enough to go on with.
+  int spare_markers{0};
   /// The goal's markers need not be seen: of a goal at rest it is known where it was seen.
   bool goal_optional{false};
   /// Markers may go out of sight on the way: the arm waits until they are seen again. Ways that lose

@@ -40,6 +40,13 @@ struct CameraEffects {
   double focal_error{0.0};     ///< Standard deviation of the true focal length, relative [-].
 };
 
+/// How the goal's markers move: by a (1 - cos ωt) / 2 + b (1 - cos 2ωt) / 2, from rest.
+struct GoalMotion {
+  Eigen::Vector3d a{Eigen::Vector3d::Zero()};  ///< In world axes [m].
+  Eigen::Vector3d b{Eigen::Vector3d::Zero()};  ///< The same [m].
+  double period{20.0};                         ///< 2π / ω [s]; > 0.
+};
+
 /// What the simulated images are drawn with.
 enum class RendererBackend {
   kAuto,    ///< OSMesa, or EGL where that is not installed.
@@ -51,6 +58,7 @@ enum class RendererBackend {
 struct SimOptions {
   JointVector q_start;               ///< True joints at the start [rad or m].
   std::vector<Marker> goal_markers;  ///< Markers in the scene, in the world; may be empty.
+  GoalMotion goal_motion;
   ArmEffects arm;
   CameraEffects camera;
   RendererBackend renderer{RendererBackend::kAuto};

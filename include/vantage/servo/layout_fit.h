@@ -16,9 +16,9 @@ struct LayoutPoint {
 
 /// What an image of a layout may be off by; all > 0.
 struct LayoutErrors {
-  double n{5e-4};       ///< Of an image coordinate at unit focal length.
-  double point{5e-4};   ///< Of a point in the layout [m].
-  double turn{6e-3};    ///< Of the camera's orientation, about each axis [rad].
+  double n{5e-4};      ///< Of an image coordinate at unit focal length.
+  double point{5e-4};  ///< Of a point in the layout [m].
+  double turn{6e-3};   ///< Of the camera's orientation, about each axis [rad].
 };
 
 /// Where a layout stands before one camera.

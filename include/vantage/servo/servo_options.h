@@ -41,6 +41,9 @@ struct ServoOptions {
   /// drives [rad or m]; >= 0, at most a tenth of a joint's range is taken.
   double limit_margin{0.01};
   bool hold_while_camera_moves{false};  ///< Stop and go: the arm rests until the camera is there.
+  /// While the camera moves to a better view the arm rests where one pixel may hide more than this: such a
+  /// view is too poor to steer by [mm/px]; > 0.
+  double wait_mm_per_px{25.0};
   double stall_time{1.5};        ///< Error not falling for this long counts as stalled [s]; > 0.
   double feature_noise_px{0.3};  ///< Standard deviation of a measured pixel coordinate [px]; > 0.
   /// By how much errors of calibration shift a whole image, one view against another [px]; >= 0.

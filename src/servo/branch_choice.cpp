@@ -1,0 +1,138 @@
+#include "vantage/servo/branch_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <tuple>
+
+#include <Eigen/LU>
+
+#include "vantage/robot/kinematics.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Vector3d;
+
+// Random starts of the search, besides the joints now.
+constexpr int kStarts = 10;
+// Solutions nearer to one another than this are one branch [rad or m].
+constexpr double kSameBranch = 0.1;
+// A goal further from what the arm can reach than this is no prediction [m].
+constexpr double kReachable = 0.05;
+// Points that do not fit the arm's exactly never will: a solution this much worse than the first is one.
+constexpr double kFitSlack = 1.5;
+// A joint nearer to its limit than this is at it [rad or m].
+constexpr double kLimitRoom = 0.04;
+// Configurations of a way at which it is looked at closely.
+constexpr int kFineSamples = 33;
+// A marker's plate, in radii of its disc.
+constexpr double kPlate = 2.25;
+// A way passes a singularity where w of the markers' motion falls below this share of what it is at
+// either end.
+constexpr double kSingularShare = 0.1;
+
+bool Among(const std::vector<JointVector>& known, const JointVector& q) {
+  return std::any_of(known.begin(), known.end(), [&](const JointVector& other) {
+    return (other - q).lpNorm<Eigen::Infinity>() < kSameBranch;
+  });
+}
+
+double TimeTo(const ArmModel& arm, const JointVector& q, const JointVector& q_goal) {
+  double time = 0.0;
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const double speed = arm.limits()[static_cast<std::size_t>(i)].velocity;
+    time = std::max(time, std::abs(q_goal(i) - q(i)) / speed);
+  }
+  return time;
+}
+
+bool AtLimit(const ArmModel& arm, const JointVector& q) {
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
+    if (std::min(q(i) - limit.lower, limit.upper - q(i)) < kLimitRoom) return true;
+  }
+  return false;
+}
+
+bool Touches(const ArmSample& sample, const std::vector<PlacedMarker>& goal_markers) {
+  return std::any_of(goal_markers.begin(), goal_markers.end(), [&](const PlacedMarker& goal) {
+    return std::any_of(
+        sample.markers.begin(), sample.markers.end(), [&](const PlacedMarker& marker) {
+          return (marker.p_W - goal.p_W).norm() < kPlate * (marker.radius + goal.radius);
+        });
+  });
+}
+
+// How far the joints move the markers, as a volume: w of the markers' stacked Jacobians.
+double LogMotionVolume(const ArmSample& sample) {
+  using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints,
+                             kMaxJoints>;
+  const Eigen::Index n = sample.q.size();
+  Gram G = Gram::Zero(n, n);
+  for (const PointJacobian& J : sample.J_marker_W) G += J.transpose().lazyProduct(J);
+  const double det = G.determinant();
+  return det > 0.0 ? 0.5 * std::log(det) : -std::numeric_limits<double>::infinity();
+}
+
+bool PassesSingularity(const std::vector<ArmSample>& motion) {
+  // Where the joints are more than the motions, there is always one that moves nothing.
+  const auto rows = 3 * static_cast<Eigen::Index>(motion.front().J_marker_W.size());
+  if (std::min<Eigen::Index>(rows, kTaskDimension) < motion.front().q.size()) return false;
+  const double ends = std::min(LogMotionVolume(motion.front()), LogMotionVolume(motion.back()));
+  return std::any_of(motion.begin(), motion.end(), [&](const ArmSample& sample) {
+    return LogMotionVolume(sample) < ends + std::log(kSingularShare);
+  });
+}
+
+void JudgeWay(const ViewModel& view, const CameraRig& rig, const PlannerOptions& planner,
+              const BranchRequest& request, Branch* branch) {
+  branch->time = TimeTo(view.arm, request.q, branch->q);
+  branch->at_limit = AtLimit(view.arm, branch->q);
+  const auto fine = SampleMotion(view, request.q, branch->q, kFineSamples);
+  branch->touches_goal = std::any_of(fine.begin(), fine.end(), [&](const ArmSample& sample) {
+    return Touches(sample, request.goal_markers);
+  });
+  branch->passes_singularity = PassesSingularity(fine);
+  const auto motion = SampleMotion(view, request.q, branch->q, planner.path_samples);
+  branch->unwatchable = !CanWatch(view, rig, planner, motion, request.goal_markers, request.q_c);
+}
+
+}  // namespace
+
+Branch ChooseBranch(const ViewModel& view, const CameraRig& rig, const PlannerOptions& planner,
+                    const BranchRequest& request, double solved) {
+  const ArmModel& arm = view.arm;
+  const auto first = SolveForPoints(arm, request.p_EM, request.p_WG, request.q, solved);
+  if (first.rms_error >= kReachable) return Branch();
+  std::vector<JointVector> found;
+  if (!Among(request.failed, first.q)) found.push_back(first.q);
+  std::mt19937_64 random(1);
+  for (int start = 0; start < kStarts; ++start) {
+    JointVector from = request.q;
+    for (Eigen::Index i = 0; i < from.size(); ++i) {
+      const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
+      from(i) = std::uniform_real_distribution<double>(limit.lower, limit.upper)(random);
+    }
+    const auto other = SolveForPoints(arm, request.p_EM, request.p_WG, from,
+                                      std::max(solved, kFitSlack * first.rms_error));
+    if (!other.converged || Among(found, other.q) || Among(request.failed, other.q)) continue;
+    found.push_back(other.q);
+  }
+  Branch best;
+  const auto against = [](const Branch& branch) {
+    return std::tuple(branch.at_limit, branch.touches_goal, branch.unwatchable,
+                      branch.passes_singularity, branch.time);
+  };
+  for (const JointVector& q : found) {
+    Branch branch;
+    branch.q = q;
+    branch.fit = first.rms_error;
+    JudgeWay(view, rig, planner, request, &branch);
+    if (best.q.size() == 0 || against(branch) < against(best)) best = branch;
+  }
+  return best;
+}
+
+}  // namespace vantage
