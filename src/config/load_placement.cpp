@@ -6,6 +6,7 @@
 #include "vantage/config/placement_file.h"
 #include "vantage/config/scenario.h"
 #include "vantage/math/error.h"
+#include "vantage/plan/placement_model.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -385,6 +386,11 @@ PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,
   root.RejectUnknownKeys();
   setup.description = description;
   setup.scenario = scenario;
+  try {
+    static_cast<void>(PlacementModel(setup.problem));  // What no key can say alone.
+  } catch (const ConfigError& error) {
+    throw ConfigError(text.source, "", error.what());
+  }
   return setup;
 }
 

@@ -169,7 +169,7 @@ TEST(MapFigures, TheSentenceBelowFigure3IsTrueOfACameraThatLooksAtTheOrigin) {
   EXPECT_EQ(edge_on.rank_c, 1);
 }
 
-// PAPER_NOTES 11 for any place of the camera and the point.
+// docs/paper.md, Fig. 3, for any place of the camera and the point.
 TEST(MapFigures, ACameraThatLooksAtTheOriginHasTheClosedForm) {
   MapRecipe recipe = FindMapRecipe("fig3-look-at");
   recipe.setup.translation_task = 2;

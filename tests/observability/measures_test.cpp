@@ -324,7 +324,7 @@ TEST(BoundErrors, UnboundedWhereAMotionIsLost) {
   EXPECT_EQ(BoundErrors(MeasureOf(J), 6, 6).upper, kInfinity);
 }
 
-// PAPER_NOTES 6: w_c = w_v w_r whenever m <= min(k, n), not for square matrices alone.
+// docs/paper.md, eq. 20: w_c = w_v w_r whenever m <= min(k, n), not for square matrices alone.
 TEST(Coupling, IsOneWhereFeaturesAndJointsCoverTheTask) {
   std::mt19937 random(30);
   for (const auto& [k, n] : {std::pair{6, 6}, {8, 6}, {6, 7}, {12, 9}}) {

@@ -71,6 +71,14 @@ TEST(PlacementFile, RefusesWithFileLineAndKey) {
   EXPECT_EQ(ConfigErrorOf([&] { (void)Read(area); }).find("test.yaml:6: features"), 0u);
 }
 
+// Limits that are good each by itself and leave nothing together: no key alone is wrong, the file is.
+TEST(PlacementFile, RefusesWhatDoesNotFitTogether) {
+  EXPECT_EQ(ConfigErrorOf([&] {
+              Read("scenario: puma560-bad-view\nlimits: {min_depth: 0.9, focus: [0.1, 0.4]}\n");
+            }).find("test.yaml: limits.focus: ends before"),
+            0u);
+}
+
 TEST(CameraPlanFile, CarriesTheStartToTheLastBit) {
   const Scenario scenario = LoadScenario("puma560-bad-view");
   RigVector q_c(4);

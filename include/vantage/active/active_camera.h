@@ -27,6 +27,7 @@ enum class ActiveMode : int {
   kGradient,     ///< Always up the gradient of the measure, for comparison.
 };
 
+/// Settings of an active camera.
 struct ActiveOptions {
   ActiveMode mode{ActiveMode::kTrigger};
   bool enabled{true};  ///< False: measure and trigger, but never move.
@@ -85,6 +86,7 @@ struct ActiveInputs {
   double mm_per_px{0.0};    ///< Worst motion of a marker that one pixel may hide [mm/px].
 };
 
+/// What one step of the active camera decides.
 struct ActiveOutput {
   ActiveState state{ActiveState::kWatching};
   ActiveReason reason{ActiveReason::kNone};

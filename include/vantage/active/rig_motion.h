@@ -29,7 +29,9 @@ class RigPath {
   /// Parameter in whose neighbourhood a control point pulls the curve: its Greville abscissa.
   [[nodiscard]] static double Station(int point) noexcept;
 
+  /// Control point i.
   [[nodiscard]] const RigVector& point(int i) const noexcept { return points_[i]; }
+  /// Control point i, to be moved.
   [[nodiscard]] RigVector& point(int i) noexcept { return points_[i]; }
   [[nodiscard]] const RigVector& start() const noexcept { return points_.front(); }
   [[nodiscard]] const RigVector& end() const noexcept { return points_.back(); }
@@ -37,6 +39,7 @@ class RigPath {
   /// The same way from a start close by: the first points move along, the others stay.
   [[nodiscard]] RigPath StartingAt(const RigVector& start) const;
 
+  /// Coordinates after the share s of the path, 0 to 1.
   [[nodiscard]] RigVector At(double s) const noexcept;
   [[nodiscard]] RigVector Slope(double s) const noexcept;  ///< dq/ds.
   [[nodiscard]] RigVector Bend(double s) const noexcept;   ///< d²q/ds²; linear within each span.

@@ -15,6 +15,7 @@ enum class TriggerMeasure : int {
   kInverseCondition,   ///< σ_min / σ_max of J_c [-].
 };
 
+/// Settings of a trigger.
 struct TriggerOptions {
   TriggerMeasure measure{TriggerMeasure::kGeometricMean};
   double threshold{120.0};  ///< The camera moves below it, in the measure's unit; > 0.

@@ -68,6 +68,7 @@ struct ArmSample {
   std::vector<PointJacobian> J_marker_W;  ///< Of the markers' centres: no camera is in it.
   std::vector<PlacedCapsule> capsules;
 };
+/// The arm at these joints, as views of it need it.
 [[nodiscard]] ArmSample SampleArm(const ViewModel& model, const JointVector& q);
 /// The same into storage that is kept. Real-time safe once *sample was filled for this model.
 void SampleArm(const ViewModel& model, const JointVector& q, ArmSample* sample);

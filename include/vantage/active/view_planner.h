@@ -14,6 +14,7 @@
 
 namespace vantage {
 
+/// Settings of the view planner.
 struct PlannerOptions {
   int candidates{192};  ///< Camera positions tried per plan; >= 8.
   int path_samples{5};  ///< Configurations between now and the goal each one is scored at; 1-16.
@@ -72,6 +73,7 @@ struct ViewScore {
   ViewFault fault{ViewFault::kNone};  ///< Why not, there.
 };
 
+/// A plan for the camera, and the view it has without one.
 struct ViewPlan {
   PlanVerdict verdict{PlanVerdict::kNoGain};
   RigPath path;          ///< From the request's q_c to the new view; of kMove alone.

@@ -24,6 +24,7 @@ enum class RigOrientation {
   kFixedDown,  ///< Optical axis along -Wz (paper, section 6): R_WC = diag(1, -1, -1) Rz(roll).
 };
 
+/// What carries a camera; the order of q_c's axes is each kind's own.
 enum class RigKind {
   kFixed,      ///< No axes: the camera stands at `X_WC_fixed`.
   kSpherical,  ///< (R [m], theta [rad], phi [rad], roll [rad]) about `target_W`; or six axes: those,
@@ -79,7 +80,7 @@ struct RigHead {
 /// @pre 0 <= axis < rig.size().
 [[nodiscard]] bool AxisTurns(const CameraRig& rig, int axis) noexcept;
 
-/// Spherical frame of PAPER_NOTES 14: e_r = (sθ cφ, sθ sφ, cθ), e_theta = (cθ cφ, cθ sφ, -sθ),
+/// Spherical frame (docs/paper.md): e_r = (sθ cφ, sθ sφ, cθ), e_theta = (cθ cφ, cθ sφ, -sθ),
 /// e_phi = (-sφ, cφ, 0); camera at target + R e_r. Defined at the poles too.
 ///
 /// @param orientation  See RigOrientation.

@@ -16,6 +16,7 @@ struct ConfigText {
   std::string text;
 };
 
+/// Kinds of files, by the folder of the built-in ones.
 enum class ConfigKind {
   kRobot,     ///< config/robots
   kScenario,  ///< config/scenarios

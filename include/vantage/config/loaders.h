@@ -62,6 +62,7 @@ struct RigSetup {
   CameraRig rig;
   RigVector q_c_start;  ///< Within the axes' limits.
 };
+/// Reads a `camera_rig` section.
 [[nodiscard]] RigSetup LoadRig(const Section& section);
 
 /// The list of markers under `key`, ids unique.

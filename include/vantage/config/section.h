@@ -37,6 +37,7 @@ class Section {
  public:
   /// What stands behind a key.
   enum class Form { kAbsent, kScalar, kList, kMapping };
+  /// What stands there, if anything.
   [[nodiscard]] Form FormOf(const std::string& key) const;
 
   /// False for an optional child that the file does not have.
@@ -44,14 +45,17 @@ class Section {
   /// Folder of the file, for paths relative to it; empty for built-in files.
   [[nodiscard]] const std::string& folder() const;
 
+  /// A number in its range, in the unit that the range names.
   double Number(const std::string& key, const Range& range, std::optional<double> fallback,
                 const std::string& help) const;
   /// An angle or its rate: degrees in the file (by convention the key ends in _deg, _deg_s or
   /// _deg_s2, and so do range and fallback), radians returned.
   double Degrees(const std::string& key, const Range& range_deg, std::optional<double> fallback_deg,
                  const std::string& help) const;
+  /// A whole number, bounds included.
   std::int64_t Integer(const std::string& key, std::int64_t lower, std::int64_t upper,
                        std::optional<std::int64_t> fallback, const std::string& help) const;
+  /// true or false.
   bool Flag(const std::string& key, std::optional<bool> fallback, const std::string& help) const;
   /// Any text that is not empty, of at most 1000 characters without control characters.
   std::string Text(const std::string& key, const std::optional<std::string>& fallback,
@@ -59,6 +63,7 @@ class Section {
   /// A list of min_count to max_count numbers.
   Eigen::VectorXd Numbers(const std::string& key, const Range& range, int min_count, int max_count,
                           const std::string& help) const;
+  /// Three numbers, each in the range.
   Eigen::Vector3d Vector3(const std::string& key, const Range& range,
                           const std::optional<Eigen::Vector3d>& fallback,
                           const std::string& help) const;
@@ -69,6 +74,7 @@ class Section {
   /// One of the names, as the value that belongs to it.
   template <typename T>
   using Names = std::vector<std::pair<std::string, T>>;
+  /// One of the names.
   template <typename T>
   T Choice(const std::string& key, const Names<T>& names, std::optional<T> fallback,
            const std::string& help) const {

@@ -19,6 +19,7 @@
 
 namespace vantage {
 
+/// What is measured of points in the image.
 enum class FeatureKind {
   kPointX,     ///< u of a point [px]. points = {i}.
   kPointY,     ///< v of a point [px]. points = {i}.
@@ -88,6 +89,7 @@ struct PointView {
   bool on_body{true};  ///< Moves with the end effector (false: fixed in the world).
 };
 
+/// All points of a set, in its order.
 using PointViews = std::vector<PointView>;
 
 /// The image of a point at p_CP. One behind or nearly in the camera's plane keeps its depth, is not

@@ -9,7 +9,9 @@
 
 namespace vantage {
 
+/// Velocity of a body: (v [m/s], omega [rad/s]).
 using Twist = Eigen::Matrix<double, 6, 1>;
+/// Maps twists.
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 /// Matrix of the cross product: Skew(a) * b = a × b.

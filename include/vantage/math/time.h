@@ -9,8 +9,11 @@
 
 namespace vantage {
 
+/// CLOCK_MONOTONIC.
 using Clock = std::chrono::steady_clock;
+/// A time stamp on this machine [ns].
 using Time = std::chrono::time_point<Clock, std::chrono::nanoseconds>;
+/// A span of time [ns].
 using Duration = std::chrono::nanoseconds;
 
 /// Seconds as a duration, rounded to the nanosecond.

@@ -11,6 +11,7 @@ namespace vantage {
 /// least delay, which makes a stamp younger than it is, and what the clocks drift apart meanwhile.
 class ClockOffset {
  public:
+  /// @param window  Of the messages that count.
   explicit ClockOffset(Duration window = std::chrono::seconds(10)) : window_(window) {}
 
   /// Our time of a message stamped `sent` that came at `arrival`: never after `arrival`.

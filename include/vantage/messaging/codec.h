@@ -21,11 +21,13 @@
 
 namespace vantage {
 
+/// An encoded message.
 using Bytes = std::vector<std::uint8_t>;
 
 /// Most bytes a message may have: of types that hold numbers only, of records, and of images.
 inline constexpr std::size_t kMaxStateBytes = 16'384;
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 20;  ///< Of the servo's record.
+/// Largest image message that is looked at [bytes].
 inline constexpr std::size_t kMaxImageBytes = std::size_t{16} << 20;
 
 /// Largest magnitude taken for a position, a velocity or a pixel coordinate [rad, m, px, per s].

@@ -16,6 +16,7 @@
 
 namespace vantage {
 
+/// Where a link leads, and how its channels are called.
 struct LcmLinkOptions {
   std::string url;     ///< As ChooseTransport() gives it.
   std::string prefix;  ///< Put before every channel name: several arms on one network.
@@ -27,6 +28,7 @@ enum class Delivery {
   kEvery,   ///< All that arrive, in order. For recorders and tests.
 };
 
+/// How a channel is listened to.
 struct SubscribeOptions {
   Delivery delivery{Delivery::kNewest};
   StampGateOptions stamps;
@@ -94,6 +96,7 @@ class LcmLink {
   /// monitors. Beside other subscriptions, once, before Start().
   using RawHandler =
       std::function<void(std::string_view channel, const void* data, std::size_t size)>;
+  /// See RawHandler.
   void SubscribeAll(RawHandler on_message);
 
   /// Starts receiving. Once.

@@ -26,6 +26,7 @@ struct MessageTable {
   std::vector<std::vector<MessageField>> rows;
 };
 
+/// A message in plain values, for tables and monitors.
 struct MessageContent {
   std::vector<MessageField> fields;  ///< In the order of the type; without the tables.
   std::vector<MessageTable> tables;  ///< Arrays of structs of the message itself.

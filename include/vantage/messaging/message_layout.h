@@ -9,6 +9,7 @@
 
 namespace vantage {
 
+/// What a field holds.
 enum class FieldKind {
   kInt8,
   kInt16,
@@ -52,8 +53,10 @@ struct Dimension {
 };
 
 struct MessageLayout;
+/// Most array dimensions of a field.
 inline constexpr int kMaxDimensions = 3;
 
+/// One field of a message type, as the bytes hold it.
 struct FieldLayout {
   const char* name;
   FieldKind kind;
@@ -62,6 +65,7 @@ struct FieldLayout {
   Dimension dimensions[kMaxDimensions];
 };
 
+/// A message type, as the bytes hold it.
 struct MessageLayout {
   const char* name;  ///< "package.type".
   const FieldLayout* fields;

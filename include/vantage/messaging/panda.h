@@ -14,6 +14,7 @@ namespace vantage {
 inline constexpr char kPandaStatusChannel[] = "PANDA_STATUS";    ///< PandaStatus.
 inline constexpr char kPandaCommandChannel[] = "PANDA_COMMAND";  ///< PandaCommand.
 
+/// What the driver of the Panda does with commands.
 enum class PandaMode : int {
   kOther = 0,
   kIdle = 1,
@@ -35,6 +36,7 @@ struct PandaStatus {
   bool position_control{false}, velocity_control{false};
 };
 
+/// What Drake's driver of the Panda obeys: drake::lcmt_panda_command.
 struct PandaCommand {
   Time stamp{};
   JointVector q, qdot;

@@ -7,6 +7,7 @@
 
 namespace vantage {
 
+/// Bounds of a stamp.
 struct StampGateOptions {
   /// Refuse what is not newer than the message before it.
   bool in_order{true};
@@ -21,6 +22,7 @@ struct StampGateOptions {
 /// Looks at the time stamps of one channel, one message after the other.
 class StampGate {
  public:
+  /// A gate that has let nothing through yet.
   explicit StampGate(const StampGateOptions& options = {}) : options_(options) {}
 
   /// kNone, kReordered (duplicates are that too) or kFuture.

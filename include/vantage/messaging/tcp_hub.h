@@ -9,6 +9,7 @@
 
 namespace vantage {
 
+/// Where a hub listens, and what it keeps for slow clients.
 struct TcpHubOptions {
   std::uint16_t port{7700};  ///< First port tried; 0 lets the system choose.
   int ports_tried{100};      ///< Ports tried one after another while they are in use.
@@ -22,6 +23,7 @@ struct TcpHubOptions {
   Duration handshake_timeout{std::chrono::seconds(5)};  ///< For a client to say who it is.
 };
 
+/// Counters of a hub since its start.
 struct TcpHubStats {
   int clients{0};               ///< Connected now.
   std::int64_t connections{0};  ///< Taken since the start.

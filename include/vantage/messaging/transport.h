@@ -32,6 +32,7 @@ struct MulticastTest {
 /// most `timeout`. They do not leave the machine (ttl 0).
 [[nodiscard]] MulticastTest TestMulticast(Duration timeout = std::chrono::milliseconds(200));
 
+/// How ChooseTransport() chooses.
 struct TransportOptions {
   /// A single program joins whoever talks at LCM's usual port, or the hub that answers at its port.
   /// Programs that start others keep to themselves, so that two runs on one machine do not mix: they take

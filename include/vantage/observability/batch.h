@@ -46,6 +46,7 @@ enum class BatchMeasure {
   kNegativeTrace,     ///< -Σ 1/σ_i² [rad²/px²]; -inf for σ_s = 0.
 };
 
+/// Arithmetic of a batch.
 enum class BatchPrecision {
   kDouble,  ///< w good to some 1e-13 · condition.
   kSingle,  ///< Half the time; to order cameras by.
@@ -160,6 +161,7 @@ class BatchCameras {
   /// @pre 0 <= i < size(). Threads may set different cameras at once.
   void Set(int i, const Eigen::Isometry3d& X_WC, double zoom = 1.0) noexcept;
 
+  /// One value of all cameras.
   [[nodiscard]] const double* field(int f) const noexcept { return data_.data() + f * stride_; }
   [[nodiscard]] int stride() const noexcept { return stride_; }
 

@@ -126,6 +126,7 @@ struct SingularSystem {
 /// Real-time safe.
 using PseudoInverseMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxRows>;
+/// J^+ of a decomposed J, its singular values below the rank's tolerance left out.
 [[nodiscard]] PseudoInverseMatrix PseudoInverse(const SingularSystem& system) noexcept;
 
 /// (J Jᵀ)^+ (rows×rows): the ellipsoid is {y in range(J) : yᵀ (J Jᵀ)^+ y <= 1} (docs/paper.md, eqs. 7
@@ -201,6 +202,7 @@ struct Coupling {
 /// J_r and J_v for twists (v, ℓ ω), all in m/s. J_c does not change. Real-time safe.
 /// @pre length > 0.
 [[nodiscard]] ArmJacobian ScaleTwistOfArm(const ArmJacobian& J_r, double length) noexcept;
+/// The same for an image Jacobian: its rotational columns in metres of `length` [m].
 [[nodiscard]] FeatureJacobian ScaleTwistOfImage(const FeatureJacobian& J_v, double length) noexcept;
 
 /// J with column j times scale(j): with ℓ [m] for prismatic joints and 1 for revolute ones, all columns
@@ -216,6 +218,7 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 
 [[nodiscard]] PointJacobian PointJacobianOf(const ArmJacobian& J_r,
                                             const Eigen::Vector3d& p_EP_W) noexcept;
 
+/// Settings of a diagnosis.
 struct DiagnosisOptions {
   /// The arm is the cause when the motion that is seen worst moves the points by less than this share of
   /// what joint motions usually (root mean square) move them by; > 0.

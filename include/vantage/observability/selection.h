@@ -26,6 +26,7 @@ enum class SelectionOver {
   kWorst,  ///< The least of them, as in eq. 16.
 };
 
+/// What makes a choice of features the best.
 struct SelectionOptions {
   SelectionCriterion criterion{SelectionCriterion::kW};
   SelectionOver over{SelectionOver::kMean};
@@ -37,6 +38,7 @@ struct SelectionOptions {
   std::int64_t pair_limit{200000};
 };
 
+/// How a choice of features went.
 enum class SelectionStatus : int {
   kOk = 0,
   kEmpty = 1,      ///< No candidate or no configuration.
@@ -49,6 +51,7 @@ enum class SelectionStatus : int {
 /// As programs print it: "OK", "EMPTY", "BAD_COUNT", "UNEVEN", "NOT_FINITE", "SINGULAR".
 [[nodiscard]] const char* Name(SelectionStatus status) noexcept;
 
+/// The features chosen.
 struct Selection {
   SelectionStatus status{SelectionStatus::kEmpty};
   std::vector<int> rows;     ///< Ascending. Empty where the status is not kOk.

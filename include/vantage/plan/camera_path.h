@@ -20,11 +20,13 @@ struct CameraPath {
   int broken{0};      ///< Samples at which a limit is broken; 0: feasible.
 };
 
+/// Settings of the search for a path.
 struct CameraPathSearch {
   int states{1200};  ///< Camera coordinates of the coarse lattice; >= 2.
   int rounds{24};    ///< Refinements in a tube about the path.
 };
 
+/// A camera path with what it cost to find.
 struct CameraPathResult {
   CameraPath path;
   CameraPath fixed;             ///< The best camera that stands still, for the same objective.

@@ -50,8 +50,9 @@ struct LimitDiagnosis {
   bool alone_prevents{false};
 };
 
-/// A problem whose least value over the motion is not what the samples say (PAPER_NOTES 16, 18).
+/// A problem whose least value over the motion is not what the samples say (docs/paper.md, eq. 16).
 struct WorstCaseWarning {
+  /// What makes a sampled minimum worthless.
   enum class Kind {
     kNone,
     kChangesSign,  ///< det J_c changes its sign between two samples: the least value is 0 there.
@@ -62,6 +63,7 @@ struct WorstCaseWarning {
   double time{0.0};  ///< Of it [s].
 };
 
+/// Outcome of a search for a fixed camera.
 struct PlacementResult {
   PlacedCamera
       best;  ///< feasible is false when no camera keeps all limits: then the nearest to it.
@@ -98,6 +100,7 @@ struct GridCheck {
   /// How much less the result is worth than `best`, relative; negative: it is worth more.
   double gap{0.0};
 };
+/// Searches a dense grid of `cameras`, independent of the search, and polishes its best cells.
 [[nodiscard]] GridCheck CheckAgainstGrid(const PlacementModel& model, const PlacedCamera& result,
                                          std::int64_t cameras, const PlanProgress& progress = {});
 
@@ -108,6 +111,7 @@ struct PlacementMap {
   std::vector<double> x, y;
   std::vector<PlacedCamera> cells;  ///< x.size() · y.size(), row by row of y.
 };
+/// The objective over two axes of the rig about q_c; NaN where a limit is broken.
 [[nodiscard]] PlacementMap MapPlacements(const PlacementModel& model, const RigVector& q_c,
                                          int axis_x, int axis_y, int columns, int rows);
 

@@ -40,6 +40,7 @@ enum class ViewTask {
   kSpace,  ///< Translation, m = 3.
 };
 
+/// What a placement makes great.
 struct PlanObjective {
   PlanQuantity quantity{PlanQuantity::kComposite};
   PlanAggregate aggregate{PlanAggregate::kIntegral};
@@ -88,6 +89,7 @@ struct PlacementProblem {
 
 /// Limits, in the order of PlanMargins.
 enum class PlanLimit : int { kNear = 0, kFar, kImage, kHidden, kFacing, kKeepOut };
+/// Number of PlanLimit's values.
 inline constexpr int kPlanLimits = 6;
 
 /// How far inside each limit a view is, worst over motion and markers [m]: negative where it is broken.
@@ -167,6 +169,7 @@ class PlacementModel {
 /// Scores many cameras of one problem. Keeps its storage; one thread at a time.
 class CameraScorer {
  public:
+  /// Scores cameras by a model, which must outlive it.
   explicit CameraScorer(const PlacementModel& model) : model_(model) {}
 
   /// The cameras that the next calls are about.

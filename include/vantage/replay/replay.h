@@ -13,6 +13,7 @@
 
 namespace vantage {
 
+/// Settings of a replay.
 struct ReplayOptions {
   std::string prefix;  ///< Of the channels in the log.
   /// Numbers agree when |logged - replayed| <= tolerance max(1, |logged|).

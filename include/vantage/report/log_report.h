@@ -8,6 +8,7 @@
 
 namespace vantage {
 
+/// What goes into a report.
 struct LogReportOptions {
   std::string prefix;  ///< Of the channels in the log.
   std::string
@@ -16,6 +17,7 @@ struct LogReportOptions {
   bool video{true};  ///< The camera's view, when the log holds images.
 };
 
+/// What a report wrote, and could not.
 struct LogReport {
   std::vector<std::string> files;    ///< Relative to the folder, the page first.
   std::vector<std::string> remarks;  ///< What could not be done, and why.

@@ -17,11 +17,13 @@
 
 namespace vantage {
 
+/// Of the two Denavit-Hartenberg conventions, Craig's (modified) or the distal one.
 enum class DhConvention {
   kStandard,  ///< A = Rz(theta) Tz(d) Tx(a) Rx(alpha).
   kModified,  ///< Craig: A = Rx(alpha) Tx(a) Rz(theta) Tz(d).
 };
 
+/// A joint turns [rad] or slides [m].
 enum class JointKind { kRevolute, kPrismatic };
 
 /// One row of a Denavit-Hartenberg table. Revolute: theta = q + offset; prismatic: d = q + offset.

@@ -41,6 +41,7 @@ struct MeshShape {
   Eigen::Vector3d scale{Eigen::Vector3d::Ones()};  ///< May mirror.
 };
 
+/// What a link's visual geometry can be.
 using Shape = std::variant<BoxShape, CylinderShape, SphereShape, CapsuleShape, MeshShape>;
 
 /// One visible body of an arm.

@@ -17,6 +17,7 @@ namespace vantage {
 /// A mesh file cannot be used. The message names the file and the reason.
 class MeshError : public Error {
  public:
+  /// @param path  Of the mesh. @param reason  What is wrong with it.
   MeshError(const std::string& path, const std::string& reason) : Error(path + ": " + reason) {}
 };
 

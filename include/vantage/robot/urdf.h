@@ -10,6 +10,7 @@
 
 namespace vantage {
 
+/// How a URDF file is read.
 struct UrdfOptions {
   /// Folders that package://name/... is looked up in: each is the package itself or holds it. The
   /// folders above the URDF file are looked through as well.

@@ -21,6 +21,7 @@ struct ExitStatus {
   [[nodiscard]] std::string ToString() const;
 };
 
+/// What to run, and how.
 struct ChildOptions {
   std::vector<std::string> arguments;  ///< Program (searched in PATH) and its arguments.
   std::map<std::string, std::string> environment;  ///< Added to, or replacing, the parent's.

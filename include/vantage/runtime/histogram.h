@@ -28,6 +28,7 @@ class DurationHistogram {
     std::int64_t count;
   };
   static constexpr int kBuckets = 32 + 16 * 29;
+  /// Count and bounds of one bucket.
   [[nodiscard]] Bucket bucket(int index) const noexcept;
 
  private:

@@ -16,6 +16,7 @@
 
 namespace vantage {
 
+/// Settings of the reference path.
 struct ReferencePathOptions {
   bool enabled{true};
   /// The reference runs ahead of the arm by at most this step of any joint [rad or m]; > 0. Within it the

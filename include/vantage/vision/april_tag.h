@@ -42,6 +42,7 @@ struct TagImage {
   std::array<Eigen::Vector2d, 4> corners;  ///< In the order of TagCorners() [px].
 };
 
+/// Finds AprilTags (36h11) by ViSP. Not real-time safe. Not copyable.
 class TagDetector {
  public:
   TagDetector();

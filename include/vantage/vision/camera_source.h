@@ -44,6 +44,7 @@ class CameraSource {
   [[nodiscard]] virtual std::string description() const = 0;
 };
 
+/// What is asked of a camera.
 struct VideoOptions {
   int width{0}, height{0};  ///< Size asked of a device [px]; 0: as it likes.
   double rate{0.0};         ///< Rate asked of a device [1/s]; 0: as it likes.

@@ -28,6 +28,7 @@ enum class MarkerFault : int {
 /// Name as printed and logged: "TOUCHES_BORDER", ...
 [[nodiscard]] const char* Name(MarkerFault fault) noexcept;
 
+/// What counts as a whole disc.
 struct DiscOptions {
   double min_contrast{40.0};    ///< Between disc and ring [grey levels]; > 0.
   double min_semi_axis{1.8};    ///< Shortest semi-axis of the disc's image [px].

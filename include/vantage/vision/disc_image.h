@@ -51,6 +51,7 @@ struct DiscImage {
 struct PlaneAxes {
   Eigen::Vector3d e1, e2;
 };
+/// Two unit vectors that span the plane with this normal.
 [[nodiscard]] PlaneAxes AxesOfPlane(const Eigen::Vector3d& normal) noexcept;
 
 /// A pixel as the ideal lens would have seen it: distortion removed [px]. Real-time safe.

@@ -20,9 +20,11 @@ struct GreyView {
   int width{0}, height{0};  ///< [px].
   int stride{0};            ///< Bytes from one row to the next; >= width.
 
+  /// First pixel of a row.
   [[nodiscard]] const std::uint8_t* row(int v) const noexcept {
     return data + static_cast<std::ptrdiff_t>(v) * stride;
   }
+  /// Grey level of the pixel in column u, row v.
   [[nodiscard]] std::uint8_t at(int u, int v) const noexcept { return row(v)[u]; }
   [[nodiscard]] bool empty() const noexcept { return width <= 0 || height <= 0; }
 };
@@ -39,10 +41,12 @@ struct Image {
     height = new_height;
     pixels.resize(static_cast<std::size_t>(width) * height * Channels);
   }
+  /// First channel of the pixel in column u, row v.
   [[nodiscard]] const T* at(int u, int v) const noexcept {
     assert(u >= 0 && v >= 0 && u < width && v < height);
     return pixels.data() + (static_cast<std::size_t>(v) * width + u) * Channels;
   }
+  /// The same, to be written.
   [[nodiscard]] T* at(int u, int v) noexcept {
     return const_cast<T*>(static_cast<const Image&>(*this).at(u, v));
   }
@@ -53,6 +57,7 @@ using ColourImage = Image<std::uint8_t, 3>;  ///< Red, green, blue.
 using DepthImage = Image<float, 1>;          ///< Depth Z in the camera frame [m].
 using IdImage = Image<std::uint16_t, 1>;     ///< What each pixel shows.
 
+/// The image, not owned.
 [[nodiscard]] inline GreyView View(const GreyImage& image) noexcept {
   return {image.pixels.data(), image.width, image.height, image.width};
 }
@@ -66,10 +71,12 @@ struct PixelWindow {
   [[nodiscard]] std::int64_t area() const noexcept {
     return empty() ? 0 : static_cast<std::int64_t>(width) * height;
   }
+  /// Whether the windows share a pixel.
   [[nodiscard]] bool overlaps(const PixelWindow& other) const noexcept {
     return u < other.u + other.width && other.u < u + width && v < other.v + other.height &&
            other.v < v + height;
   }
+  /// Whether the pixel is in it.
   [[nodiscard]] bool contains(int column, int line) const noexcept {
     return column >= u && line >= v && column < u + width && line < v + height;
   }

@@ -50,6 +50,7 @@ void PredictMarkers(const CameraModel& camera, const Eigen::Isometry3d& X_CW,
                     const std::vector<Marker>& goal_markers,
                     std::vector<MarkerPrediction>* predictions);
 
+/// Settings of a detection.
 struct DetectorOptions {
   DiscOptions disc;
   double search_margin{12.0};   ///< A disc may be this far from its prediction [px].
@@ -89,6 +90,7 @@ void DetectMarkers(const GreyView& image, const CameraModel& camera,
                    const std::vector<MarkerPrediction>& predictions, const DetectorOptions& options,
                    MarkerDetections* detections);
 
+/// How discs of the whole image are given names.
 struct AcquisitionOptions {
   double max_shift{150.0};     ///< A group may be shifted this far from its predictions [px].
   double max_turn{0.5};        ///< ... turned in the image by this angle [rad] ...

@@ -17,6 +17,7 @@ enum class DetectorKind {
   kAprilTag,  ///< Corners of AprilTags through ViSP: see april_tag.h for their ids. Reads whole images.
 };
 
+/// Settings of a tracker.
 struct TrackerOptions {
   DetectorKind kind{DetectorKind::kDisc};
   DetectorOptions detector;
@@ -38,6 +39,7 @@ struct TrackerOptions {
 /// Plan() may be left out where whole images come anyway. Not thread-safe.
 class MarkerTracker {
  public:
+  /// For images of this camera.
   MarkerTracker(const CameraModel& camera, const TrackerOptions& options);
 
   /// What the next Track() will read.
@@ -45,6 +47,7 @@ class MarkerTracker {
     bool whole_image{true};
     std::vector<PixelWindow> windows;  ///< Where whole_image is false.
   };
+  /// Where in the next image to look.
   [[nodiscard]] const SearchPlan& Plan(const std::vector<MarkerPrediction>& predictions,
                                        Time exposure);
 
