@@ -54,6 +54,7 @@ enum class InputFault : int {
   kReordered = 4,   ///< Not newer than the one before it: late, twice or frozen.
   kFuture = 5,      ///< Stamped later than now: another clock.
 };
+/// How many there are.
 inline constexpr int kNumInputFaults = static_cast<int>(InputFault::kFuture) + 1;
 
 /// Names as printed and logged: "SERVOING", "STALE_JOINT_STATE", ...
@@ -112,6 +113,7 @@ struct ServoStatus {
   std::int64_t dropped_messages{0};  ///< Messages overwritten by newer ones before they were used.
   std::int64_t stops{0};             ///< Times the servo went from moving to HOLDING or FAULT.
 
+  /// Counts refused messages, of one reason, in refused_messages and refused_by.
   void CountRefused(InputFault fault, std::int64_t messages = 1) noexcept {
     refused_messages += messages;
     refused_by[static_cast<std::size_t>(fault)] += messages;
