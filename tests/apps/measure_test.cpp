@@ -527,7 +527,7 @@ TEST(MeasureProgram, BadOptionsAreNamedAndExitCode2) {
     SCOPED_TRACE(arguments);
     const auto run = RunProgram(std::string(VANTAGE_MEASURE " ur5 ") + arguments);
     EXPECT_EQ(run.exit_code, 2);
-    EXPECT_EQ(run.output.rfind("--", 0), 0u) << run.output;
+    EXPECT_EQ(run.output.rfind("vantage-measure: --", 0), 0u) << run.output;
   }
 }
 
