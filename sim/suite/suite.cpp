@@ -316,7 +316,7 @@ const std::vector<std::pair<const char*, std::vector<ArmSet>>>& LongTasks() {
 
 // The suite that the tests run: one row for each kind of trouble, small ones.
 const std::vector<std::string>& QuickRows() {
-  static const std::vector<std::string> rows{"S1/planar2", "S1/puma3-xyx", "S1/puma560",
+  static const std::vector<std::string> rows{"S5/planar2", "S1/puma3-xyx", "S1/puma560",
                                              "S5/puma3-points"};
   return rows;
 }
