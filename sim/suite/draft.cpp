@@ -6,6 +6,7 @@
 #include "sim/goal_motion.h"
 #include "vantage/config/loaders.h"
 #include "vantage/observability/measures.h"
+#include "vantage/servo/branch_choice.h"
 
 namespace vantage::sim {
 namespace {
@@ -152,18 +153,17 @@ void PlaceGoal(const ArmKit& kit, Draft* draft) {
 // A marker of the arm would run into one of the goal's on the way.
 bool RunsIntoGoal(const Draft& draft) {
   constexpr int kSteps = 64;
-  constexpr double kPlate = 2.25;  // a marker's plate, in radii of its disc
   const ViewModel& view = draft.scenario.task.view;
+  std::vector<PlacedMarker> markers;
   for (int i = 0; i <= kSteps; ++i) {
     const double share = static_cast<double>(i) / kSteps;
     const JointVector q = draft.q_start + share * (draft.q_goal - draft.q_start);
     const Isometry3d X_WE = EndEffectorPose(view.arm, q);
+    markers.clear();
     for (const Marker& marker : view.markers) {
-      for (const PlacedMarker& goal : draft.goal_markers) {
-        const double gap = (X_WE * marker.p - goal.p_W).norm();
-        if (gap < kPlate * (marker.radius + goal.radius)) return true;
-      }
+      markers.push_back({X_WE * marker.p, X_WE.linear() * marker.normal, marker.radius});
     }
+    if (PlatesTouch(markers, draft.goal_markers)) return true;
   }
   return false;
 }

@@ -56,15 +56,6 @@ bool AtLimit(const ArmModel& arm, const JointVector& q) {
   return false;
 }
 
-bool Touches(const ArmSample& sample, const std::vector<PlacedMarker>& goal_markers) {
-  return std::any_of(goal_markers.begin(), goal_markers.end(), [&](const PlacedMarker& goal) {
-    return std::any_of(
-        sample.markers.begin(), sample.markers.end(), [&](const PlacedMarker& marker) {
-          return (marker.p_W - goal.p_W).norm() < kPlate * (marker.radius + goal.radius);
-        });
-  });
-}
-
 // How far the joints move the markers, as a volume: w of the markers' stacked Jacobians.
 double LogMotionVolume(const ArmSample& sample) {
   using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints,
@@ -92,7 +83,7 @@ void JudgeWay(const ViewModel& view, const CameraRig& rig, const PlannerOptions&
   branch->at_limit = AtLimit(view.arm, branch->q);
   const auto fine = SampleMotion(view, request.q, branch->q, kFineSamples);
   branch->touches_goal = std::any_of(fine.begin(), fine.end(), [&](const ArmSample& sample) {
-    return Touches(sample, request.goal_markers);
+    return PlatesTouch(sample.markers, request.goal_markers);
   });
   branch->passes_singularity = PassesSingularity(fine);
   const auto motion = SampleMotion(view, request.q, branch->q, planner.path_samples);
@@ -100,6 +91,15 @@ void JudgeWay(const ViewModel& view, const CameraRig& rig, const PlannerOptions&
 }
 
 }  // namespace
+
+bool PlatesTouch(const std::vector<PlacedMarker>& arm_markers,
+                 const std::vector<PlacedMarker>& goal_markers) noexcept {
+  return std::any_of(goal_markers.begin(), goal_markers.end(), [&](const PlacedMarker& goal) {
+    return std::any_of(arm_markers.begin(), arm_markers.end(), [&](const PlacedMarker& marker) {
+      return (marker.p_W - goal.p_W).norm() < kPlate * (marker.radius + goal.radius);
+    });
+  });
+}
 
 Branch ChooseBranch(const ViewModel& view, const CameraRig& rig, const PlannerOptions& planner,
                     const BranchRequest& request, double solved) {

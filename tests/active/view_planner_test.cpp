@@ -369,12 +369,18 @@ TEST(PlanView, NoPathBehindPillar) {
   EXPECT_EQ(PlanView(cell.model, rig, trigger, {}, request).verdict, PlanVerdict::kNoPath);
 }
 
-TEST(PlanView, SpoiltViewIsLeftForAnotherPlace) {
-  const test::Cell cell = test::Planar2();
+// The planar arm, seen from 2.2 m at this polar angle.
+PlanRequest PlanarRequest(double theta) {
   PlanRequest request;
   request.q = Vector2d(0.2, 1.2);
   request.q_goal = Vector2d(0.4, 1.0);
-  request.q_c = request.q_c_stay = Vector4d(2.2, 0.3, 0.0, 0.0);
+  request.q_c = request.q_c_stay = Vector4d(2.2, theta, 0.0, 0.0);
+  return request;
+}
+
+TEST(PlanView, SpoiltViewIsLeftForAnotherPlace) {
+  const test::Cell cell = test::Planar2();
+  PlanRequest request = PlanarRequest(0.3);
   request.stay_is_spoiled = true;
   const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
   ASSERT_EQ(plan.verdict, PlanVerdict::kMove);
@@ -385,10 +391,7 @@ TEST(PlanView, SpoiltViewIsLeftForAnotherPlace) {
 
 TEST(PlanView, KeepsAwayFromEverySpoiltView) {
   const test::Cell cell = test::Planar2();
-  PlanRequest request;
-  request.q = Vector2d(0.2, 1.2);
-  request.q_goal = Vector2d(0.4, 1.0);
-  request.q_c = request.q_c_stay = Vector4d(2.2, 0.3, 0.0, 0.0);
+  PlanRequest request = PlanarRequest(0.3);
   request.stay_is_spoiled = true;
   for (int i = 0; i < 8; ++i) {
     const ViewPlan plan = PlanView(cell.model, cell.rig, {}, {}, request);
@@ -405,10 +408,7 @@ TEST(PlanView, KeepsAwayFromEverySpoiltView) {
 // A marker of the goal lies face down: no view sees it, and all that see the arm will do when it need not be.
 TEST(PlanView, GoesOnWithoutTheGoalWhereItMay) {
   const test::Cell cell = test::Planar2();
-  PlanRequest request;
-  request.q = Vector2d(0.2, 1.2);
-  request.q_goal = Vector2d(0.4, 1.0);
-  request.q_c = request.q_c_stay = Vector4d(2.2, 1.4, 0.0, 0.0);
+  PlanRequest request = PlanarRequest(1.4);
   request.goal_markers.push_back({Vector3d(0.2, 0.6, 0.05), -Vector3d::UnitZ(), 0.015});
   EXPECT_EQ(PlanView(cell.model, cell.rig, {}, {}, request).verdict, PlanVerdict::kNoView);
   request.goal_optional = true;

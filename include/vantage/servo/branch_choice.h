@@ -18,6 +18,10 @@ struct Branch {
       false};  ///< In between the joints move the markers hardly in some direction.
 };
 
+/// Whether the plate of a marker of the arm would run into the plate of one of the goal's.
+[[nodiscard]] bool PlatesTouch(const std::vector<PlacedMarker>& arm_markers,
+                               const std::vector<PlacedMarker>& goal_markers) noexcept;
+
 /// What a branch is chosen for.
 struct BranchRequest {
   JointVector q;                           ///< Joints now.
