@@ -149,27 +149,72 @@ class StockPath : public Path {
 
 // --- Bounds: plain sockets -----------------------------------------------------------------------
 
+// Two ends of a connection on this machine.
+struct SocketPair {
+  int out{-1}, in{-1};
+};
+
+SocketPair MakePair(int type) {
+  const int server = socket(AF_INET, type, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t length = sizeof(address);
+  bind(server, reinterpret_cast<sockaddr*>(&address), length);
+  getsockname(server, reinterpret_cast<sockaddr*>(&address), &length);
+  if (type == SOCK_STREAM) listen(server, 1);
+  SocketPair pair;
+  pair.out = socket(AF_INET, type, 0);
+  connect(pair.out, reinterpret_cast<sockaddr*>(&address), length);
+  pair.in = type == SOCK_STREAM ? accept(server, nullptr, nullptr) : server;
+  if (type == SOCK_STREAM) close(server);
+  const int one = 1;
+  setsockopt(pair.out, IPPROTO_TCP, TCP_NODELAY, &one, sizeof(one));
+  const int buffer = 2 * 1024 * 1024;
+  setsockopt(pair.in, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof(buffer));
+  const timeval timeout{0, 20'000};
+  setsockopt(pair.in, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
+  return pair;
+}
+
+// Passes on whatever comes, as it comes: the least that a hub does.
+class Relay {
+ public:
+  Relay(int from, int to) : from_(from), to_(to), thread_([this] { Run(); }) {}
+  ~Relay() {
+    stop_ = true;
+    thread_.join();
+    close(from_);
+    close(to_);
+  }
+
+ private:
+  void Run() {
+    Bytes buffer(1 << 20);
+    while (!stop_) {
+      const ssize_t got = recv(from_, buffer.data(), buffer.size(), 0);
+      if (got > 0 && send(to_, buffer.data(), static_cast<std::size_t>(got), MSG_NOSIGNAL) < 0)
+        return;
+    }
+  }
+
+  int from_, to_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
 class SocketPath : public Path {
  public:
-  SocketPath(int type, std::size_t size) : bytes_(size), stream_(type == SOCK_STREAM) {
-    const int server = socket(AF_INET, type, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t length = sizeof(address);
-    bind(server, reinterpret_cast<sockaddr*>(&address), length);
-    getsockname(server, reinterpret_cast<sockaddr*>(&address), &length);
-    if (stream_) listen(server, 1);
-    out_ = socket(AF_INET, type, 0);
-    connect(out_, reinterpret_cast<sockaddr*>(&address), length);
-    in_ = stream_ ? accept(server, nullptr, nullptr) : server;
-    if (stream_) close(server);
-    const int one = 1;
-    setsockopt(out_, IPPROTO_TCP, TCP_NODELAY, &one, sizeof(one));
-    const int buffer = 2 * 1024 * 1024;
-    setsockopt(in_, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof(buffer));
-    const timeval timeout{0, 20'000};
-    setsockopt(in_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof(timeout));
+  SocketPath(int type, std::size_t size, bool relayed)
+      : bytes_(size), stream_(type == SOCK_STREAM) {
+    const SocketPair pair = MakePair(type);
+    out_ = pair.out;
+    in_ = pair.in;
+    if (relayed) {
+      const SocketPair onward = MakePair(type);
+      relay_ = std::make_unique<Relay>(pair.in, onward.out);
+      in_ = onward.in;
+    }
     thread_ = std::thread([this] { Receive(); });
   }
   ~SocketPath() override {
@@ -203,6 +248,7 @@ class SocketPath : public Path {
   bool stream_;
   int in_{-1};
   int out_{-1};
+  std::unique_ptr<Relay> relay_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
@@ -239,6 +285,7 @@ enum class Kind {
   kMulticastOurs,
   kMulticastStock,
   kTcp,
+  kTcpRelay,
   kUdp
 };
 
@@ -285,6 +332,7 @@ Setup MakeSetup(Kind kind, std::size_t size) {
       if (!TestMulticast().works) throw Error("multicast does not work here");
       break;
     case Kind::kTcp:
+    case Kind::kTcpRelay:
     case Kind::kUdp:
       break;
   }
@@ -306,10 +354,13 @@ Setup MakeSetup(Kind kind, std::size_t size) {
       setup.path = std::make_unique<StockPath>(MulticastUrl(), size);
       break;
     case Kind::kTcp:
-      setup.path = std::make_unique<SocketPath>(SOCK_STREAM, size);
+      setup.path = std::make_unique<SocketPath>(SOCK_STREAM, size, false);
+      break;
+    case Kind::kTcpRelay:
+      setup.path = std::make_unique<SocketPath>(SOCK_STREAM, size, true);
       break;
     case Kind::kUdp:
-      setup.path = std::make_unique<SocketPath>(SOCK_DGRAM, size);
+      setup.path = std::make_unique<SocketPath>(SOCK_DGRAM, size, false);
       break;
   }
   // Subscriptions travel: go on until one message is through, and nothing is left on the way.
@@ -393,6 +444,7 @@ void RegisterAll() {
                               {"multicast", Kind::kMulticastOurs},
                               {"multicast_stock_client", Kind::kMulticastStock},
                               {"raw_tcp", Kind::kTcp},
+                              {"raw_tcp_relay", Kind::kTcpRelay},
                               {"raw_udp", Kind::kUdp}};
   struct Size {
     const char* name;

@@ -1,5 +1,7 @@
 # Build options, warnings and sanitizers of every target of the project.
 option(VANTAGE_BUILD_BENCH "Build the benchmark programs (Google Benchmark)" OFF)
+find_package(MPI QUIET COMPONENTS CXX)
+option(VANTAGE_WITH_MPI "Build vantage-plan-mpi, whose sweeps run under mpirun" ${MPI_CXX_FOUND})
 set(VANTAGE_SANITIZE "" CACHE STRING "Sanitizers of the build: empty, address,undefined or thread")
 
 add_library(vantage_warnings INTERFACE)

@@ -1,4 +1,4 @@
-// vantage-plan PROBLEM: where a camera should stand.
+// vantage-plan PROBLEM: where a camera should stand. Linked with plan_team_mpi.cpp it is vantage-plan-mpi.
 
 #include <chrono>
 #include <filesystem>
@@ -9,6 +9,7 @@
 #include "plan_print.h"
 #include "plan_result.h"
 #include "plan_sweep.h"
+#include "plan_team.h"
 #include "vantage/config/config_text.h"
 #include "vantage/math/error.h"
 
@@ -75,7 +76,7 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
     WriteCameraPath(files.back(), setup, path->path);
   }
   if (!result.best.feasible) {
-    std::cerr << "vantage-plan: " << InfeasibleText(setup, result);
+    std::cerr << PlanTeam::kProgram << ": " << InfeasibleText(setup, result);
     if (path) std::cout << PathText(model, *path, path_seconds);
     if (path_found) std::cout << "  " << files.back() << '\n';
     return path_found ? kExitOk : kExitNotReached;
@@ -113,7 +114,7 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
   return kExitOk;
 }
 
-int Sweep(const Arguments& arguments, const PlacementSetup& setup) {
+int Sweep(const Arguments& arguments, const PlacementSetup& setup, PlanTeam* team) {
   const Shard shard = ParseShard(arguments.shard);
   std::string path = MakeStem(arguments.out, setup.name) + "_sweep";
   if (shard.count > 1) {
@@ -121,10 +122,14 @@ int Sweep(const Arguments& arguments, const PlacementSetup& setup) {
   }
   path += ".csv";
   PlanProgressBar bar(arguments.quiet);
-  RunSweep(setup, shard, path,
-           [&](const std::string& stage, double share, const std::optional<double>& best) {
-             bar(stage, share, best);
-           });
+  RunSweep(
+      setup, shard, path,
+      [&](const std::string& stage, double share, const std::optional<double>& best) {
+        bar(stage, share, best);
+      },
+      [&](const auto& items, const auto& work, const auto& take) {
+        team->Deal(items, work, take);
+      });
   bar.End();
   if (!arguments.quiet) std::cout << BestOfSweep(path, 5) << "  " << path << '\n';
   return kExitOk;
@@ -137,7 +142,8 @@ int Merge(const Arguments& arguments) {
   return kExitOk;
 }
 
-int Run(const Arguments& arguments) {
+int Run(Arguments arguments, PlanTeam* team) {
+  arguments.quiet = arguments.quiet || team->rank() > 0;
   if (arguments.list) return List();
   if (!arguments.merge.empty()) return Merge(arguments);
   if (arguments.problem.empty()) {
@@ -146,7 +152,13 @@ int Run(const Arguments& arguments) {
   PlacementSetup setup = LoadPlacement(arguments.problem);
   if (arguments.seed) setup.search.seed = *arguments.seed;
   if (!arguments.quiet) std::cout << setup.name << ": " << setup.description << '\n' << std::flush;
-  return setup.bases.empty() ? PlaceFixed(arguments, setup) : Sweep(arguments, setup);
+  if (setup.sweep.size() > 0) return Sweep(arguments, setup, team);
+  if (team->size() > 1) {
+    throw ConfigError("", "",
+                      setup.name + " is one problem: only a sweep can be dealt out to " +
+                          std::to_string(team->size()) + " ranks");
+  }
+  return PlaceFixed(arguments, setup);
 }
 
 }  // namespace
@@ -160,7 +172,7 @@ int main(int argc, char** argv) {
       "Writes the camera as YAML for vantage-run, a heat map and pictures of the views. Exit code "
       "1 "
       "when no camera keeps all limits.",
-      "vantage-plan");
+      vantage::PlanTeam::kProgram);
   app.add_option("problem", arguments.problem,
                  "Built-in problem (see --list), a YAML file, or a scenario's name");
   app.add_option("--out", arguments.out, "Folder for the result and the pictures")
@@ -181,6 +193,8 @@ int main(int argc, char** argv) {
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
   app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
-  return vantage::RunApp(&app, argc, argv, "no camera keeps all limits",
-                         [&] { return vantage::Run(arguments); });
+  return vantage::RunApp(&app, argc, argv, "no camera keeps all limits", [&] {
+    vantage::PlanTeam team(&argc, &argv);
+    return vantage::Run(arguments, &team);
+  });
 }

@@ -1,8 +1,10 @@
 #include "plan_sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -13,6 +15,8 @@ namespace vantage {
 namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
+// Of a line of the table.
+constexpr std::size_t kCaseField = 1, kBaseField = 2, kFoundField = 6, kValueField = 7;
 
 std::string Exact(double value) {
   char text[40];
@@ -20,29 +24,62 @@ std::string Exact(double value) {
   return text;
 }
 
+int MostCoordinates(const PlacementSweep& sweep) {
+  int most = 0;
+  for (const PlacementCase& one : sweep.cases) most = std::max(most, one.problem.rig.size());
+  return most;
+}
+
+// The i-th rig coordinate's name and unit, when all cases have the same.
+std::string CoordinateTitle(const PlacementSweep& sweep, int i) {
+  std::string title;
+  for (const PlacementCase& one : sweep.cases) {
+    const CameraRig& rig = one.problem.rig;
+    const std::string here =
+        i < rig.size() ? rig.axes[i].name + (AxisTurns(rig, i) ? " [rad]" : " [m]") : "";
+    if (!title.empty() && here != title) return "q_c" + std::to_string(i + 1) + " [m or rad]";
+    title = here;
+  }
+  return title;
+}
+
 // What a shard's table begins with: equal for all shards of one problem.
 std::string HeaderOf(const PlacementSetup& setup) {
-  std::string header = "# vantage-plan sweep of " + setup.name + ", problem " +
-                       std::to_string(setup.fingerprint) + ", " +
-                       std::to_string(setup.bases.size()) +
-                       " items\nitem,x [m],y [m],z [m],yaw [deg],found,value";
-  const CameraRig& rig = setup.problem.rig;
-  for (int i = 0; i < rig.size(); ++i) {
-    header += "," + rig.axes[i].name + (AxisTurns(rig, i) ? " [rad]" : " [m]");
+  std::string header =
+      "# vantage-plan sweep of " + setup.name + ", problem " + std::to_string(setup.fingerprint) +
+      ", " + std::to_string(setup.sweep.size()) +
+      " items\nitem,case,x [m],y [m],z [m],yaw [deg],found,value,camera x [m],camera y [m],"
+      "camera z [m],camera qw,camera qx,camera qy,camera qz";
+  for (int i = 0; i < MostCoordinates(setup.sweep); ++i) {
+    header += "," + CoordinateTitle(setup.sweep, i);
   }
   return header + "\n";
 }
 
 std::string LineOf(const PlacementSetup& setup, int item, const PlacedCamera& camera) {
-  const BaseShift& base = setup.bases[item];
-  std::string line = std::to_string(item);
+  const BaseShift& base = setup.sweep.BaseOf(item);
+  std::string line = std::to_string(item) + "," + setup.sweep.CaseOf(item).name;
   for (const double value : {base.shift.x(), base.shift.y(), base.shift.z()}) {
     line += "," + Exact(value);
   }
-  line += "," + Exact(base.yaw * kDegrees) + (camera.feasible ? ",1," : ",0,") +
-          (camera.feasible ? Exact(camera.value) : "");
-  for (const double q : camera.q_c) line += "," + (camera.feasible ? Exact(q) : std::string());
+  line += "," + Exact(base.yaw * kDegrees) + (camera.feasible ? ",1" : ",0");
+  const Eigen::Vector3d& p = camera.X_WC.translation();
+  const Eigen::Quaterniond q(camera.X_WC.linear());
+  for (const double value : {camera.value, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
+    line += "," + (camera.feasible ? Exact(value) : "");
+  }
+  for (int i = 0; i < MostCoordinates(setup.sweep); ++i) {
+    line += "," + (camera.feasible && i < camera.q_c.size() ? Exact(camera.q_c(i)) : "");
+  }
   return line + "\n";
+}
+
+// A line of the table in its parts.
+std::vector<std::string> FieldsOf(const std::string& line) {
+  std::vector<std::string> fields;
+  std::istringstream in(line);
+  for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+  return fields;
 }
 
 struct Table {
@@ -81,6 +118,15 @@ void Append(const std::string& path, Table* table) {
   }
 }
 
+void WriteTable(const std::string& path, const std::string& header,
+                const std::map<int, std::string>& lines) {
+  std::ofstream out(path);
+  out << header;
+  for (const auto& line : lines) out << line.second;
+  out.close();
+  if (!out) throw WriteError(path);
+}
+
 }  // namespace
 
 Shard ParseShard(const std::string& text) {
@@ -94,21 +140,42 @@ Shard ParseShard(const std::string& text) {
   return shard;
 }
 
+void DealToMyself(const std::vector<int>& items, const std::function<std::string(int)>& work,
+                  const std::function<void(int, const std::string&)>& take) {
+  for (const int item : items) take(item, work(item));
+}
+
 void RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string& path,
-              const PlanProgress& told) {
-  std::ofstream out(path);
-  out << HeaderOf(setup);
-  std::optional<double> best;
-  const int items = static_cast<int>(setup.bases.size());
-  for (int item = shard.index - 1; item < items; item += shard.count) {
-    const PlacementModel model(ProblemAt(setup, item));
-    const PlacedCamera camera = PlaceCamera(model, setup.search).best;
-    out << LineOf(setup, item, camera) << std::flush;
-    if (camera.feasible && (!best || camera.value > *best)) best = camera.value;
-    if (told) told("sweep", static_cast<double>(item + 1) / items, best);
+              const PlanProgress& told, const DealItems& deal) {
+  std::vector<int> items;
+  for (int item = shard.index - 1; item < setup.sweep.size(); item += shard.count) {
+    items.push_back(item);
   }
+  std::ofstream out;
+  std::map<int, std::string> lines;
+  std::optional<double> best;
+  const auto work = [&](int item) {
+    const PlacementModel model(ProblemAt(setup.sweep, item));
+    return LineOf(setup, item, PlaceCamera(model, setup.search).best);
+  };
+  const auto take = [&](int item, const std::string& line) {
+    if (lines.empty()) {
+      out.open(path);
+      out << HeaderOf(setup);
+    }
+    out << line << std::flush;  // so that little is lost when the machine goes down
+    lines[item] = line;
+    const std::vector<std::string> fields = FieldsOf(line);
+    if (fields[kFoundField] == "1") {
+      const double value = std::strtod(fields[kValueField].c_str(), nullptr);
+      if (!best || value > *best) best = value;
+    }
+    if (told) told("sweep", static_cast<double>(lines.size()) / items.size(), best);
+  };
+  deal(items, work, take);
+  if (lines.empty() && !items.empty()) return;  // another process took the results
   out.close();
-  if (!out) throw WriteError(path);
+  WriteTable(path, HeaderOf(setup), lines);
 }
 
 void MergeSweeps(const std::vector<std::string>& paths, const std::string& path) {
@@ -120,11 +187,7 @@ void MergeSweeps(const std::vector<std::string>& paths, const std::string& path)
                         "item " + std::to_string(item) + " is in none of the tables");
     }
   }
-  std::ofstream out(path);
-  out << table.header;
-  for (const auto& line : table.lines) out << line.second;
-  out.close();
-  if (!out) throw WriteError(path);
+  WriteTable(path, table.header, table.lines);
 }
 
 std::string BestOfSweep(const std::string& path, int most) {
@@ -132,17 +195,17 @@ std::string BestOfSweep(const std::string& path, int most) {
   Append(path, &table);
   std::vector<std::pair<double, std::string>> found;
   for (const auto& [item, line] : table.lines) {
-    double x = 0, y = 0, z = 0, yaw = 0, value = 0;
-    int is_found = 0;
-    if (std::sscanf(line.c_str(), "%*d,%lf,%lf,%lf,%lf,%d,%lf", &x, &y, &z, &yaw, &is_found,
-                    &value) != 6 ||
-        is_found == 0) {
-      continue;
+    const std::vector<std::string> fields = FieldsOf(line);
+    if (fields.size() <= kValueField || fields[kFoundField] != "1") continue;
+    std::array<double, 4> base{};
+    for (std::size_t i = 0; i < base.size(); ++i) {
+      base[i] = std::strtod(fields[kBaseField + i].c_str(), nullptr);
     }
-    char text[160];
+    const double value = std::strtod(fields[kValueField].c_str(), nullptr);
+    char text[240];
     std::snprintf(text, sizeof text,
-                  "  item %d: base moved by (%g, %g, %g) m, %g deg: value %.6g\n", item, x, y, z,
-                  yaw, value);
+                  "  item %d, %.80s: base moved by (%g, %g, %g) m, %g deg: value %.6g\n", item,
+                  fields[kCaseField].c_str(), base[0], base[1], base[2], base[3], value);
     found.emplace_back(-value, text);
   }
   std::stable_sort(found.begin(), found.end(),

@@ -21,11 +21,22 @@ struct Shard {
 /// "2/8" as a shard. Throws ConfigError (key "--shard").
 [[nodiscard]] Shard ParseShard(const std::string& text);
 
-/// Solves the shard's items and writes one line for each: its number, where the base stands, whether a camera
-/// was found, its value and the camera, numbers to their last bit; no times.
+/// How items are shared out among those who work on them: calls `work` for each of `items`, somewhere, and
+/// `take` here with what it returned, in any order. `take` is called on one process alone.
+using DealItems = std::function<void(
+    const std::vector<int>& items, const std::function<std::string(int item)>& work,
+    const std::function<void(int item, const std::string&)>& take)>;
+
+/// All items here, one after the other.
+void DealToMyself(const std::vector<int>& items, const std::function<std::string(int)>& work,
+                  const std::function<void(int, const std::string&)>& take);
+
+/// Solves the shard's items and writes one line for each as it comes, in the items' order in the end: its number
+/// and case, where the base stands, whether a camera was found, its value, pose and rig coordinates, numbers to
+/// their last bit; no times.
 /// @param told  Share of the work and the best value so far.
 void RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string& path,
-              const PlanProgress& told = {});
+              const PlanProgress& told = {}, const DealItems& deal = DealToMyself);
 
 /// Joins the tables of all shards. Throws ConfigError when they are not of one problem, or an item is missing
 /// or there twice.

@@ -299,26 +299,25 @@ std::vector<double> LoadSteps(const Section& base, const std::string& key, bool 
   return steps;
 }
 
-// Every combination, yaw fastest.
-std::vector<BaseShift> LoadSweep(const Section& root) {
-  std::vector<BaseShift> bases;
-  if (root.FormOf("sweep") == Section::Form::kAbsent) return bases;
-  const Section base =
-      root.Child("sweep", "Places of the arm, each with a camera of its own to be found.")
-          .Child("base", "Shift of the arm's base in the world.");
-  if (root.OptionalChild("motion", "").FormOf("poses") != Section::Form::kAbsent) {
+constexpr std::size_t kMostItems = 1000000;
+
+// Every combination, yaw fastest; without a base where the arm stands.
+std::vector<BaseShift> LoadBases(const Section& root, const Section& sweep) {
+  const Section base = sweep.OptionalChild("base", "Shift of the arm's base in the world.");
+  if (base.present() &&
+      root.OptionalChild("motion", "").FormOf("poses") != Section::Form::kAbsent) {
     base.Fail("", "needs a motion by joints: poses in the world do not move with the base");
   }
   const std::vector<double> xs = LoadSteps(base, "x", false, "Along x.");
   const std::vector<double> ys = LoadSteps(base, "y", false, "Along y.");
   const std::vector<double> zs = LoadSteps(base, "z", false, "Along z.");
   const std::vector<double> yaws = LoadSteps(base, "yaw", true, "Turn about z.");
-  constexpr std::size_t kMost = 1000000;
   std::size_t items = 1;
   for (const std::vector<double>* steps : {&xs, &ys, &zs, &yaws}) {
-    items *= steps->size();  // at most 1e5 each, and not above kMost before: no overflow
-    if (items > kMost) base.Fail("", "must have a million items at most");
+    items *= steps->size();  // at most 1e5 each, and not above kMostItems before: no overflow
+    if (items > kMostItems) base.Fail("", "must have a million items at most");
   }
+  std::vector<BaseShift> bases;
   for (const double x : xs) {
     for (const double y : ys) {
       for (const double z : zs) {
@@ -352,6 +351,77 @@ ConfigText FindProblem(const std::string& name_or_path) {
   }
 }
 
+// A problem without what only a whole file has: sweep and description.
+PlacementSetup LoadOne(const Section& root, const std::string& name, const std::string& source) {
+  static_cast<void>(root.Text("description", std::string("-"), "One line."));
+  const bool of_scenario = root.FormOf("scenario") != Section::Form::kAbsent;
+  const std::string scenario =
+      of_scenario ? root.Text("scenario", kRequired,
+                              "Scenario (built in or a file) whose arm, markers, features, camera, "
+                              "rig, view limits and motion are taken.")
+                  : "";
+  PlacementSetup setup =
+      of_scenario
+          ? Assemble(root,
+                     CellOfScenario(root, ReadScenario(FindConfigText(ConfigKind::kScenario,
+                                                                      scenario, root.folder()),
+                                                       scenario)),
+                     name)
+          : Assemble(root, OwnCell(root), name);
+  root.RejectUnknownKeys();
+  setup.scenario = scenario;
+  try {
+    static_cast<void>(PlacementModel(setup.problem));  // What no key can say alone.
+  } catch (const ConfigError& error) {
+    throw ConfigError(source, "", error.what());
+  }
+  return setup;
+}
+
+// Each case is the file's problem with the case's keys in place of the file's.
+PlacementSetup LoadSweep(const Section& root, const std::string& name, const std::string& source) {
+  const Section sweep =
+      root.Child("sweep", "Problems that are compared, each with a camera of its own to be found.");
+  std::vector<Section> cases = sweep.Children(
+      "cases", 0, static_cast<int>(kMostItems),
+      "What differs: every other key of a case takes the place of the problem's (robot, camera, "
+      "camera_rig, motion, scenario, limits, ...). Together with `base` every combination is an "
+      "item.");
+  const std::vector<std::string> of_the_file{"sweep", "search", "camera_moves", "description"};
+  for (const Section& one : cases) {
+    for (const std::string& key : of_the_file) {
+      if (one.FormOf(key) != Section::Form::kAbsent) one.Fail(key, "is not for a case to say");
+    }
+  }
+  std::optional<PlacementSetup> setup;
+  PlacementSweep items;
+  const auto add = [&](const Section& problem, const std::string& case_name) {
+    if (items.bases.empty()) items.bases = LoadBases(problem, sweep);
+    PlacementSetup loaded = LoadOne(problem, name, source);
+    items.cases.push_back({case_name, loaded.view, loaded.problem});
+    if (!setup) setup = std::move(loaded);
+  };
+  if (cases.empty()) {
+    if (sweep.FormOf("base") == Section::Form::kAbsent) sweep.Fail("", "needs base, cases or both");
+    add(root.With(nullptr, {"sweep"}), name);
+  }
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const std::string case_name =
+        cases[i].Text("name", std::to_string(i + 1), "Of the case, in the table.");
+    if (case_name.find_first_of(",\"") != std::string::npos) {
+      cases[i].Fail("name", "must be without commas and quotes");
+    }
+    add(root.With(&cases[i], {"sweep", "name"}), case_name);
+  }
+  if (items.cases.size() * items.bases.size() > kMostItems) {
+    sweep.Fail("", "must have a million items at most");
+  }
+  if (setup->camera_moves) root.Fail("camera_moves", "does not go with a sweep");
+  sweep.RejectUnknownKeys();
+  setup->sweep = std::move(items);
+  return *std::move(setup);
+}
+
 }  // namespace
 
 PlacementSetup LoadPlacement(const std::string& name_or_path, SchemaRecorder* recorder) {
@@ -367,41 +437,23 @@ PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,
                              SchemaRecorder* recorder) {
   const Section root = ParseConfig(text, recorder);
   const std::string description = root.Text("description", std::string("-"), "One line.");
-  const bool of_scenario = root.FormOf("scenario") != Section::Form::kAbsent;
-  const std::string scenario =
-      of_scenario ? root.Text("scenario", kRequired,
-                              "Scenario (built in or a file) whose arm, markers, features, camera, "
-                              "rig, view limits and motion are taken.")
-                  : "";
-  PlacementSetup setup =
-      of_scenario
-          ? Assemble(root,
-                     CellOfScenario(root, ReadScenario(FindConfigText(ConfigKind::kScenario,
-                                                                      scenario, root.folder()),
-                                                       scenario)),
-                     name)
-          : Assemble(root, OwnCell(root), name);
-  setup.bases = LoadSweep(root);
+  PlacementSetup setup = root.FormOf("sweep") == Section::Form::kAbsent
+                             ? LoadOne(root, name, text.source)
+                             : LoadSweep(root, name, text.source);
   setup.fingerprint = FingerprintOf(text.text);
-  root.RejectUnknownKeys();
   setup.description = description;
-  setup.scenario = scenario;
-  try {
-    static_cast<void>(PlacementModel(setup.problem));  // What no key can say alone.
-  } catch (const ConfigError& error) {
-    throw ConfigError(text.source, "", error.what());
-  }
   return setup;
 }
 
-PlacementProblem ProblemAt(const PlacementSetup& setup, int item) {
-  const BaseShift& base = setup.bases[item];
+PlacementProblem ProblemAt(const PlacementSweep& sweep, int item) {
+  const BaseShift& base = sweep.BaseOf(item);
   Eigen::Isometry3d X_W = Eigen::Isometry3d::Identity();
   X_W.translation() = base.shift;
   X_W.linear() = Eigen::AngleAxisd(base.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  ViewModel view = setup.view;
+  const PlacementCase& cell = sweep.CaseOf(item);
+  ViewModel view = cell.view;
   view.arm = view.arm.WithBase(X_W * view.arm.X_WBase());
-  PlacementProblem problem = setup.problem;
+  PlacementProblem problem = cell.problem;
   for (ArmSample& sample : problem.motion.samples) sample = SampleArm(view, sample.q);
   return problem;
 }

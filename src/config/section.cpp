@@ -464,6 +464,31 @@ std::vector<Section> Section::Children(const std::string& key, int min_count, in
   return children;
 }
 
+Section Section::With(const Section* over, const std::vector<std::string>& without) const {
+  YAML::Node merged(YAML::NodeType::Map);
+  const auto add = [&](const Impl& from, const Impl* hidden_by) {
+    if (!from.node.IsDefined()) return;
+    for (const auto& entry : from.node) {
+      const std::string& key = entry.first.Scalar();
+      if (std::find(without.begin(), without.end(), key) != without.end()) continue;
+      if (hidden_by != nullptr && hidden_by->Peek(key).IsDefined()) continue;
+      merged.force_insert(entry.first, entry.second);  // keeps the marks of both
+    }
+  };
+  add(*impl_, over == nullptr ? nullptr : over->impl_.get());
+  if (over != nullptr) {
+    add(*over->impl_, nullptr);
+    for (const auto& entry : over->impl_->node) over->impl_->asked.insert(entry.first.Scalar());
+  }
+  auto impl = std::make_shared<Impl>();
+  impl->file = impl_->file;
+  impl->path = impl_->path;
+  impl->schema_path = impl_->schema_path;
+  impl->node.reset(merged);
+  impl->mark = over == nullptr ? impl_->mark : over->impl_->mark;
+  return Section(impl);
+}
+
 void Section::RejectUnknownKeys() const {
   if (impl_->node.IsDefined()) {
     for (const auto& entry : impl_->node) {

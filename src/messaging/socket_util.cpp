@@ -48,4 +48,10 @@ FileDescriptor ConnectTcp(const sockaddr_in& address, Time deadline) {
   return fd;
 }
 
+void AcknowledgeInPieces(int fd, bool part_is_missing, bool* in_pieces) noexcept {
+  *in_pieces = *in_pieces || part_is_missing;
+  // The kernel forgets it; renewed each time.
+  if (*in_pieces) SetOption(fd, IPPROTO_TCP, TCP_QUICKACK, 1);
+}
+
 }  // namespace vantage

@@ -48,6 +48,7 @@ struct Client {
   bool dead{false};
   bool flush{false};  // Has got something in this round.
   bool waits_to_write{false};
+  bool in_pieces{false};  // See AcknowledgeInPieces().
   InputBuffer in;
   std::vector<ChannelPattern> subscriptions;
   std::deque<Frame> out;
@@ -225,9 +226,6 @@ class TcpHub::Server {
     const ssize_t got = client->in.Receive(client->fd.get());
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) return;
     if (got <= 0) return Kill(client);
-    // LCM sends a message in five small pieces with Nagle's algorithm on: the second waits for the
-    // acknowledgement of the first. The kernel forgets this option; renew it.
-    SetOption(client->fd.get(), IPPROTO_TCP, TCP_QUICKACK, 1);
     while (!client->dead) {
       const std::uint8_t* data = client->in.data();
       const std::size_t size = client->in.size();
@@ -237,6 +235,7 @@ class TcpHub::Server {
       Handle(client, message, data);
       client->in.Consume(message.size);
     }
+    AcknowledgeInPieces(client->fd.get(), client->in.size() > 0, &client->in_pieces);
   }
 
   // Once for all that one client's input brought: one sendmsg for each subscriber.

@@ -89,8 +89,6 @@ int TcpqClient::Receive(Duration timeout, const Handler& handler) {
     Lose();
     return -1;
   }
-  // LCM's Java hub sends in small pieces with Nagle's algorithm on.
-  SetOption(fd_.get(), IPPROTO_TCP, TCP_QUICKACK, 1);
   for (;;) {
     const tcpq::Message message = tcpq::ReadMessage(in_.data(), in_.size(), kMaxData);
     if (message.kind == tcpq::Message::Kind::kIncomplete) break;
@@ -101,6 +99,7 @@ int TcpqClient::Receive(Duration timeout, const Handler& handler) {
     handler(message.name, message.data, message.data_size);
     in_.Consume(message.size);
   }
+  AcknowledgeInPieces(fd_.get(), in_.size() > 0, &in_pieces_);
   return 1;
 }
 

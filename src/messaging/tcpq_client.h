@@ -45,6 +45,7 @@ class TcpqClient {
   FileDescriptor fd_;
   std::atomic<bool> lost_{false};
   InputBuffer in_;
+  bool in_pieces_{false};  // See AcknowledgeInPieces().
 };
 
 }  // namespace vantage

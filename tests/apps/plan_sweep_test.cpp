@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "config_error.h"
+#include "program.h"
 #include "temporary_folder.h"
 
 namespace vantage::test {
@@ -32,7 +33,7 @@ TEST(PlanSweep, OfShardsMergedIsTheSameToTheLastBit) {
   const TemporaryFolder folder;
   const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
   const PlacementSetup setup = SetupOf(kProblem);
-  ASSERT_EQ(setup.bases.size(), 6u);
+  ASSERT_EQ(setup.sweep.size(), 6);
   RunSweep(setup, {1, 1}, file("whole"));
   std::vector<std::string> parts;
   for (int i = 3; i >= 1; --i) {
@@ -61,12 +62,104 @@ TEST(PlanSweep, OfMissingDoubleOrForeignPartsIsRefused) {
 
 TEST(PlanSweep, MovesTheArmAndNotTheCamera) {
   const PlacementSetup setup = SetupOf(kProblem);
-  const PlacementProblem moved = ProblemAt(setup, 5);  // x = 0.2, yaw = 90 degrees
+  const PlacementProblem moved = ProblemAt(setup.sweep, 5);  // x = 0.2, yaw = 90 degrees
   const Eigen::Vector3d p = setup.problem.motion.samples[3].markers[0].p_W;
   const Eigen::Vector3d expected(0.2 - p.y(), p.x(), p.z());
   EXPECT_LT((moved.motion.samples[3].markers[0].p_W - expected).norm(), 1e-12);
   EXPECT_EQ(moved.rig.target_W, setup.problem.rig.target_W);
 }
+
+// Two motions and two rigs of one cell.
+const char* const kCases =
+    "scenario: puma3-bad-view\n"
+    "motion: {samples: 16}\n"
+    "search: {grid: 256, starts: 4, generations: 6, polished: 1}\n"
+    "sweep:\n"
+    "  base: {z: {from: 0, to: 0.05, samples: 2}}\n"
+    "  cases:\n"
+    "    - {name: as it is}\n"
+    "    - name: another motion\n"
+    "      motion: {samples: 16, joints: [{at: {deg: [10, 20, -40]}}, {at: {deg: [30, 10, "
+    "-30]}}]}\n"
+    "    - name: from nearer\n"
+    "      limits: {max_depth: 1.2}\n";
+
+TEST(PlanSweep, OfCasesTakesEachCasesKeysForTheProblems) {
+  const TemporaryFolder folder;
+  const PlacementSetup setup = SetupOf(kCases);
+  ASSERT_EQ(setup.sweep.size(), 6);
+  ASSERT_EQ(setup.sweep.cases.size(), 3u);
+  const auto& cases = setup.sweep.cases;
+  EXPECT_EQ(setup.sweep.CaseOf(3).name, "another motion");
+  EXPECT_NEAR(setup.sweep.BaseOf(3).shift.z(), 0.05, 1e-15);
+  EXPECT_NEAR(cases[1].problem.motion.samples.front().q(0), 10.0 * M_PI / 180.0, 1e-12);
+  EXPECT_EQ(cases[2].problem.limits.depth.max, 1.2);
+  EXPECT_NE(cases[0].problem.limits.depth.max, 1.2);
+  EXPECT_EQ(cases[0].problem.motion.samples.back().q, cases[2].problem.motion.samples.back().q);
+
+  const std::string path = (folder.path() / "table").string();
+  RunSweep(setup, {1, 1}, path);
+  EXPECT_NE(TextOf(path).find("\n3,another motion,0,0,0.05"), std::string::npos) << TextOf(path);
+}
+
+TEST(PlanSweep, NamesWhatIsWrongWithACase) {
+  const auto error_of = [](const std::string& sweep) {
+    return ConfigErrorOf([&] { (void)SetupOf("scenario: puma3-bad-view\nsweep:\n" + sweep); });
+  };
+  const auto expect = [&](const std::string& sweep, const std::string& says) {
+    EXPECT_NE(error_of(sweep).find(says), std::string::npos) << error_of(sweep);
+  };
+  expect("  cases: []\n", "needs base, cases or both");
+  expect("  cases:\n    - {limits: {max_depht: 1}}\n", "sweep.yaml:4: limits.max_depht");
+  expect("  cases:\n    - {motino: {}}\n",
+         "sweep.yaml:4: motino: unknown key; did you mean 'motion'?");
+  expect("  cases:\n    - {search: {}}\n",
+         "sweep.yaml:4: sweep.cases[0].search: is not for a case to say");
+  expect("  cases:\n    - {name: 'a,b'}\n", "must be without commas");
+  expect("  cases:\n    - {name: a}\n  bse: {}\n", "sweep.bse: unknown key; did you mean 'base'?");
+}
+
+TEST(PlanSweep, OfResultsInAnyOrderIsTheSameTable) {
+  const TemporaryFolder folder;
+  const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
+  const PlacementSetup setup = SetupOf(kProblem);
+  RunSweep(setup, {1, 1}, file("in order"));
+  RunSweep(setup, {1, 1}, file("backwards"), {},
+           [](auto items, const auto& work, const auto& take) {
+             for (auto item = items.rbegin(); item != items.rend(); ++item)
+               take(*item, work(*item));
+           });
+  EXPECT_EQ(TextOf(file("backwards")), TextOf(file("in order")));
+}
+
+#ifdef VANTAGE_MPIRUN
+TEST(PlanSweep, UnderMpiIsTheSameToTheLastBit) {
+  const TemporaryFolder folder;
+  folder.Write("sweep.yaml", kCases);
+  const std::string problem = (folder.path() / "sweep.yaml").string();
+  const std::string out = (folder.path() / "two").string();
+  const ProgramRun two =
+      RunProgram(std::string(VANTAGE_MPIRUN) + " -n 2 " VANTAGE_BIN "/vantage-plan-mpi " + problem +
+                 " --out " + out);
+  ASSERT_EQ(two.exit_code, 0) << two.output;
+  const ProgramRun one = RunProgram(VANTAGE_BIN "/vantage-plan " + problem + " --out " +
+                                    (folder.path() / "one").string());
+  ASSERT_EQ(one.exit_code, 0) << one.output;
+  EXPECT_EQ(TextOf(out + "/sweep_sweep.csv"),
+            TextOf((folder.path() / "one" / "sweep_sweep.csv").string()));
+}
+
+TEST(PlanSweep, UnderMpiWantsASweepAndTheRightProgram) {
+  const std::string mpirun = std::string(VANTAGE_MPIRUN) + " -n 2 " VANTAGE_BIN;
+  const ProgramRun single = RunProgram(mpirun + "/vantage-plan-mpi fig5-arm");
+  EXPECT_NE(single.exit_code, 0);
+  EXPECT_NE(single.output.find("only a sweep can be dealt out to 2 ranks"), std::string::npos)
+      << single.output;
+  const ProgramRun without = RunProgram(mpirun + "/vantage-plan puma560-base");
+  EXPECT_NE(without.exit_code, 0);
+  EXPECT_NE(without.output.find("start vantage-plan-mpi"), std::string::npos) << without.output;
+}
+#endif
 
 TEST(PlanSweep, ShardsAreChecked) {
   EXPECT_EQ(ParseShard("2/8").index, 2);

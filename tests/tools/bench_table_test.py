@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """The table of tools/bench: medians, ratios, goals met and not met, and goals that name nothing."""
 
+import contextlib
 import importlib.machinery
 import importlib.util
+import io
 import pathlib
 import sys
 import unittest
@@ -45,6 +47,15 @@ class Table(unittest.TestCase):
                           "goal": {"ratio": 2.5}})
         self.assertAlmostEqual(row["ratio"], 2.5)
         self.assertTrue(row["met"])
+
+    def test_a_row_without_a_goal_is_neither_met_nor_missed(self):
+        row, = self.rows({"what": "w", "ours": "Ours/4", "peer": "Peer/4"})
+        self.assertIsNone(row["met"])
+        self.assertAlmostEqual(row["ratio"], 8.0)
+        output = io.StringIO()
+        with contextlib.redirect_stdout(output):
+            bench.print_table([row])
+        self.assertIn("0 of 0 goals met", output.getvalue())
 
     def test_refuses_a_goal_that_names_what_did_not_run(self):
         with self.assertRaisesRegex(bench.BadInput, "names Nothing, which bench_area did not run"):

@@ -18,6 +18,24 @@ struct BaseShift {
   double yaw{0.0};                                 ///< Turn about the world's z axis [rad].
 };
 
+/// One of the cells that a sweep compares: another robot, camera, rig, motion or whatever else differs.
+struct PlacementCase {
+  std::string name;
+  ViewModel view;
+  PlacementProblem problem;
+};
+
+/// Items of a sweep: every case with every place of the arm's base, the base fastest.
+struct PlacementSweep {
+  std::vector<PlacementCase> cases;  ///< At least one, unless there is no sweep.
+  std::vector<BaseShift> bases;      ///< The same.
+
+  [[nodiscard]] int size() const noexcept { return static_cast<int>(cases.size() * bases.size()); }
+  /// @pre 0 <= item < size().
+  [[nodiscard]] const PlacementCase& CaseOf(int item) const { return cases[item / bases.size()]; }
+  [[nodiscard]] const BaseShift& BaseOf(int item) const { return bases[item % bases.size()]; }
+};
+
 /// What vantage-plan works on.
 struct PlacementSetup {
   std::string name;         ///< Of the file, without folder and ending.
@@ -29,14 +47,14 @@ struct PlacementSetup {
   PlacementSearch search;
   bool camera_moves{false};  ///< Eq. 15 too: a path of the camera along with the arm.
   CameraPathSearch path_search;
-  std::vector<BaseShift> bases;  ///< Items of a sweep, in order; empty: none.
+  PlacementSweep sweep;  ///< Empty: none. Of a sweep with cases `problem` is the first case's.
   std::uint64_t fingerprint{
       0};  ///< Of the file's text: tables of one problem know each other by it.
 };
 
-/// The problem of item `item` of the sweep: the same joints from another base.
-/// @pre 0 <= item < setup.bases.size().
-[[nodiscard]] PlacementProblem ProblemAt(const PlacementSetup& setup, int item);
+/// The problem of item `item`: its case's joints from its base.
+/// @pre 0 <= item < sweep.size().
+[[nodiscard]] PlacementProblem ProblemAt(const PlacementSweep& sweep, int item);
 
 /// A placement problem: a YAML file, or a built-in one by its name; a scenario stands for the problem of
 /// placing its camera for its motion. Throws ConfigError with file, line, key and bound.

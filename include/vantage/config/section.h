@@ -95,6 +95,10 @@ class Section {
   [[nodiscard]] std::vector<Section> Children(const std::string& key, int min_count, int max_count,
                                               const std::string& help) const;
 
+  /// A section with this one's keys and those of `over` (null: none), which take the place of equal ones;
+  /// without the keys of `without`. It remembers its reads by itself, and answers for all keys of `over`.
+  [[nodiscard]] Section With(const Section* over, const std::vector<std::string>& without) const;
+
   /// Throws ConfigError for the first key of this section or of one below it that no read asked for.
   /// Call it once on the root, after all reads.
   void RejectUnknownKeys() const;
