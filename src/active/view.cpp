@@ -33,11 +33,11 @@ struct ImageOfMarkers {
   std::array<PixelByJoints, kMaxPoints> J;
 };
 
-double DistanceToAxis(const Vector3d& p, const PlacedCapsule& capsule) noexcept {
-  const Vector3d axis = capsule.p_WB - capsule.p_WA;
+double DistanceToSegment(const Vector3d& p, const Vector3d& from, const Vector3d& to) noexcept {
+  const Vector3d axis = to - from;
   const double length2 = axis.squaredNorm();
-  const double t = length2 > 0.0 ? (p - capsule.p_WA).dot(axis) / length2 : 0.0;
-  return (p - capsule.p_WA - std::min(1.0, std::max(0.0, t)) * axis).norm();
+  const double t = length2 > 0.0 ? (p - from).dot(axis) / length2 : 0.0;
+  return (p - from - std::min(1.0, std::max(0.0, t)) * axis).norm();
 }
 
 // Derivative of one feature. False when it has none here.
@@ -57,6 +57,19 @@ bool FeatureRow(const Feature& feature, const ImageOfMarkers& image, double foca
     *row += by_pixel.gradient[i].transpose() * image.J[feature.points[i]];
   }
   return true;
+}
+
+// Where a marker's ring is looked at, as (cos, sin).
+const std::array<Eigen::Vector2d, 12>& RimDirections() {
+  static const auto directions = [] {
+    std::array<Eigen::Vector2d, 12> result;
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      const double angle = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(result.size());
+      result[i] = {std::cos(angle), std::sin(angle)};
+    }
+    return result;
+  }();
+  return directions;
 }
 
 }  // namespace
@@ -129,7 +142,7 @@ Vector3d SightOf(const PlacedMarker& marker) noexcept {
 
 std::optional<PlacedCapsule> ObstacleTo(const PlacedMarker& marker,
                                         const PlacedCapsule& capsule) noexcept {
-  const double distance = DistanceToAxis(marker.p_W, capsule);
+  const double distance = DistanceToSegment(marker.p_W, capsule.p_WA, capsule.p_WB);
   if (distance <= capsule.radius + kFaceOffset) return std::nullopt;
   // Nearer than the ring is wide, the ring's own width would count as an obstacle everywhere.
   const double ring = 2.0 * marker.radius;
@@ -152,7 +165,6 @@ bool IsCovered(const Vector3d& p_WC, const PlacedMarker& marker,
                const std::vector<PlacedMarker>& others) noexcept {
   constexpr double kRing = 2.0;      // of the disc's radius
   constexpr double kPlate = 2.25;    // likewise: the ring and its rim
-  constexpr int kPoints = 12;        // of the ring that are looked at
   constexpr double kInPlane = 5e-4;  // [m]
   const double ring = kRing * marker.radius;
   const Vector3d& n = marker.normal_W;
@@ -170,9 +182,10 @@ bool IsCovered(const Vector3d& p_WC, const PlacedMarker& marker,
       return (p_W + share * (p_WC - p_W) - other.p_W).squaredNorm() < plate * plate;
     };
     if (covers(marker.p_W)) return true;
-    for (int i = 0; i < kPoints; ++i) {
-      const double angle = 2.0 * M_PI * i / kPoints;
-      if (covers(marker.p_W + ring * (std::cos(angle) * e1 + std::sin(angle) * e2))) return true;
+    // All rays from the ring are within its radius of the middle one: most plates are far from it.
+    if (DistanceToSegment(other.p_W, marker.p_W, p_WC) > plate + ring) continue;
+    for (const Eigen::Vector2d& rim : RimDirections()) {
+      if (covers(marker.p_W + ring * (rim.x() * e1 + rim.y() * e2))) return true;
     }
   }
   return false;

@@ -170,7 +170,8 @@ void RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string
       const double value = std::strtod(fields[kValueField].c_str(), nullptr);
       if (!best || value > *best) best = value;
     }
-    if (told) told("sweep", static_cast<double>(lines.size()) / items.size(), best);
+    if (told)
+      told("sweep", static_cast<double>(lines.size()) / static_cast<double>(items.size()), best);
   };
   deal(items, work, take);
   if (lines.empty() && !items.empty()) return;  // another process took the results

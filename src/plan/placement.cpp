@@ -1,6 +1,7 @@
 #include "vantage/plan/placement.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -47,10 +48,10 @@ PlacementSearch Effort(PlacementSearch search, int free_axes) {
   const auto fill = [](int* value, int fallback) {
     if (*value == 0) *value = fallback;
   };
-  fill(&search.grid, few ? 2560 : 10240);
-  fill(&search.starts, few ? 16 : 32);
-  fill(&search.members, few ? 16 : 48);
-  fill(&search.generations, few ? 24 : 60);
+  fill(&search.grid, few ? 2560 : 40960);
+  fill(&search.starts, few ? 16 : 128);
+  fill(&search.members, few ? 16 : 24);
+  fill(&search.generations, few ? 24 : 80);
   search.polished = std::max(1, search.polished);
   return search;
 }
@@ -69,7 +70,7 @@ class Judge {
   }
 
   /// Occlusion and facing, of those that keep the rest.
-  void Sights(Candidate* first, int count) {
+  void Sights(Candidate* first, int count, BatchPrecision precision = BatchPrecision::kDouble) {
     if (model_.obstacles() == nullptr) {
       for (int i = 0; i < count; ++i) first[i].sights_checked = true;
       return;
@@ -85,11 +86,11 @@ class Judge {
     margins_.resize(asked.size());
     for (std::size_t i = 0; i < asked.size(); ++i) margins_[i] = asked[i]->margins;
     scorer_.Load(poses_);
-    scorer_.Obstacles(&margins_);
+    scorer_.Obstacles(precision, &margins_);
     for (std::size_t i = 0; i < asked.size(); ++i) {
       asked[i]->margins = margins_[i];
       asked[i]->sights_checked = true;
-      asked[i]->violation = ViolationOf(margins_[i]);
+      asked[i]->violation = ViolationOf(margins_[i], precision);
     }
   }
 
@@ -97,7 +98,15 @@ class Judge {
   [[nodiscard]] std::int64_t cameras() const noexcept { return cameras_; }
 
  private:
-  [[nodiscard]] double ViolationOf(const PlanMargins& margins) const {
+  // What single precision may be off by is not counted on.
+  [[nodiscard]] double ReserveOf(BatchPrecision precision) const {
+    return (precision == BatchPrecision::kSingle ? 1e-5 : 1e-12) * model_.unit();
+  }
+
+  [[nodiscard]] double ViolationOf(PlanMargins margins, BatchPrecision precision) const {
+    if (precision == BatchPrecision::kSingle) {
+      for (double& margin : margins) margin -= 0.5 * ReserveOf(precision);
+    }
     return model_.Keeps(margins) ? 0.0 : model_.Violation(margins);
   }
 
@@ -117,15 +126,14 @@ class Judge {
       c.margins = margins_[i];
       c.score = scores_[i];
       c.merit = model_.Merit(c.score);
-      c.violation = ViolationOf(c.margins);
+      c.violation = ViolationOf(c.margins, precision);
       c.sights_checked = false;
     }
   }
 
   // Moves cameras that are too near back along their axes, by what the margins say. True if any moved.
   bool StepBack(Candidate* first, int count, BatchPrecision precision) {
-    // What single precision may be off by.
-    const double reserve = (precision == BatchPrecision::kSingle ? 1e-5 : 1e-12) * model_.unit();
+    const double reserve = ReserveOf(precision);
     bool any = false;
     bool exact = true;
     for (int i = 0; i < count; ++i) {
@@ -181,7 +189,8 @@ std::vector<Candidate> FirstGrid(const SearchSpace& space, int count, bool neare
 // Distinct candidates that keep all limits, best first; where there are too few, the least violations.
 // Sights are checked only of what is looked at.
 std::vector<Candidate> Distinct(std::vector<Candidate>* candidates, const SearchSpace& space,
-                                std::size_t most, double apart, Judge* judge) {
+                                std::size_t most, double apart, Judge* judge,
+                                BatchPrecision precision = BatchPrecision::kDouble) {
   std::sort(candidates->begin(), candidates->end(), Better);
   std::vector<Candidate> kept, broken;
   const auto is_new = [&](const Candidate& c) {
@@ -194,7 +203,7 @@ std::vector<Candidate> Distinct(std::vector<Candidate>* candidates, const Search
     constexpr std::size_t kFew = 16;
     const std::size_t end = std::min(at + kFew, candidates->size());
     if ((*candidates)[at].violation > 0.0) break;
-    judge->Sights(candidates->data() + at, static_cast<int>(end - at));
+    judge->Sights(candidates->data() + at, static_cast<int>(end - at), precision);
     for (; at < end && kept.size() < most; ++at) {
       const Candidate& c = (*candidates)[at];
       if (c.violation > 0.0) {
@@ -218,7 +227,30 @@ std::vector<Candidate> Distinct(std::vector<Candidate>* candidates, const Search
   return kept;
 }
 
-// All strategies side by side: one generation of each is judged together.
+// After these shares of the generations the worse half of the strategies gives up, and of those that climb
+// the same hill all but the best.
+constexpr std::array<double, 3> kHalvings{0.15, 0.3, 0.5};
+constexpr double kSameHill = 0.02;
+
+// Those of `alive` that go on, at most `most`.
+std::vector<std::size_t> Leaders(const SearchSpace& space, const std::vector<Candidate>& best,
+                                 std::vector<std::size_t> alive, std::size_t most) {
+  std::sort(alive.begin(), alive.end(),
+            [&](std::size_t a, std::size_t b) { return Better(best[a], best[b]); });
+  std::vector<std::size_t> leaders;
+  for (const std::size_t i : alive) {
+    if (leaders.size() >= most) break;
+    const bool other_hill = std::all_of(leaders.begin(), leaders.end(), [&](std::size_t leader) {
+      return space.Distance(best[i].u, best[leader].u) >= kSameHill;
+    });
+    if (other_hill) leaders.push_back(i);
+  }
+  std::sort(leaders.begin(), leaders.end());
+  return leaders;
+}
+
+// All strategies side by side: one generation of each is judged together, in single precision: polishing does
+// the rest.
 std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candidate>& starts,
                               const PlacementSearch& search, double step, Judge* judge,
                               const std::function<void(double, const Candidate&)>& told) {
@@ -232,12 +264,18 @@ std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candid
   }
   std::vector<Candidate> generation;
   std::vector<int> order(search.members);
+  std::vector<std::size_t> alive(strategies.size());
+  std::iota(alive.begin(), alive.end(), std::size_t{0});
   for (int g = 0; g < search.generations; ++g) {
-    std::vector<std::size_t> alive;
+    const auto done = [&](std::size_t i) { return strategies[i].reach() < kDone; };
+    alive.erase(std::remove_if(alive.begin(), alive.end(), done), alive.end());
+    for (const double share : kHalvings) {
+      if (g != static_cast<int>(share * search.generations)) continue;
+      const std::size_t half = (alive.size() + 1) / 2;
+      alive = Leaders(space, best, alive, std::max<std::size_t>(half, search.polished));
+    }
     generation.clear();
-    for (std::size_t i = 0; i < strategies.size(); ++i) {
-      if (strategies[i].reach() < kDone) continue;
-      alive.push_back(i);
+    for (const std::size_t i : alive) {
       for (const SearchVector& u : strategies[i].Ask()) {
         Candidate c;
         c.u = u;
@@ -245,8 +283,9 @@ std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candid
       }
     }
     if (alive.empty()) break;
-    judge->Frustum(generation.data(), static_cast<int>(generation.size()), BatchPrecision::kDouble);
-    judge->Sights(generation.data(), static_cast<int>(generation.size()));
+    const auto members = static_cast<int>(generation.size());
+    judge->Frustum(generation.data(), members, BatchPrecision::kSingle);
+    judge->Sights(generation.data(), members, BatchPrecision::kSingle);
     for (std::size_t a = 0; a < alive.size(); ++a) {
       Candidate* own = generation.data() + a * search.members;
       std::iota(order.begin(), order.end(), 0);
@@ -270,6 +309,8 @@ std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candid
       told(static_cast<double>(g + 1) / search.generations, leader);
     }
   }
+  judge->Frustum(best.data(), static_cast<int>(best.size()), BatchPrecision::kDouble);
+  judge->Sights(best.data(), static_cast<int>(best.size()));
   return best;
 }
 
@@ -281,7 +322,7 @@ PlacedCamera Place(const PlacementModel& model, const RigVector& q_c, CameraScor
   std::vector<PlanMargins> margins;
   std::vector<double> scores;
   scorer->Frustum(BatchPrecision::kDouble, &margins);
-  scorer->Obstacles(&margins);
+  scorer->Obstacles(BatchPrecision::kDouble, &margins);
   scorer->Scores(BatchPrecision::kDouble, &scores);
   placed.margins = margins[0];
   placed.value = model.Value(scores[0]);
@@ -407,8 +448,8 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
   for (const Candidate& c : grid) result.grid_feasible += c.violation == 0.0 ? 1 : 0;
   tell("grid", 0.1, nullptr);
 
-  std::vector<Candidate> ends =
-      Distinct(&grid, space, static_cast<std::size_t>(search.starts), kApart, &judge);
+  std::vector<Candidate> ends = Distinct(&grid, space, static_cast<std::size_t>(search.starts),
+                                         kApart, &judge, BatchPrecision::kSingle);
   if (space.size() > 0) {
     ends = Evolve(space, ends, search, 0.06, &judge, [&](double share, const Candidate& best) {
       tell("evolution", 0.1 + 0.7 * share, &best);
@@ -566,7 +607,7 @@ PlacementMap MapPlacements(const PlacementModel& model, const RigVector& q_c, in
     load();
     scorer.Frustum(BatchPrecision::kDouble, &margins);
   }
-  scorer.Obstacles(&margins);
+  scorer.Obstacles(BatchPrecision::kDouble, &margins);
   std::vector<double> scores;
   scorer.Scores(BatchPrecision::kDouble, &scores);
   for (std::size_t i = 0; i < map.cells.size(); ++i) {

@@ -380,11 +380,11 @@ void CameraScorer::Frustum(BatchPrecision precision, std::vector<PlanMargins>* m
   }
 }
 
-void CameraScorer::Obstacles(std::vector<PlanMargins>* margins) {
+void CameraScorer::Obstacles(BatchPrecision precision, std::vector<PlanMargins>* margins) {
   if (model_.obstacles() == nullptr) return;
   const int poses = static_cast<int>(model_.offsets().size());
-  evaluator_.CheckObstacles(*model_.obstacles(), cameras_, 0, count_ * poses,
-                            BatchPrecision::kDouble, &batch_margins_);
+  evaluator_.CheckObstacles(*model_.obstacles(), cameras_, 0, count_ * poses, precision,
+                            &batch_margins_);
   for (int i = 0; i < count_; ++i) {
     PlanMargins& m = (*margins)[i];
     m[3] = m[4] = kInfinity;

@@ -83,7 +83,7 @@ class Program {
     scorer_->Load({RigPose(space_.rig(), space_.ToRig(u))});
     std::vector<PlanMargins> margins;
     scorer_->Frustum(BatchPrecision::kDouble, &margins);
-    scorer_->Obstacles(&margins);
+    scorer_->Obstacles(BatchPrecision::kDouble, &margins);
     std::vector<double> scores;
     scorer_->Scores(BatchPrecision::kDouble, &scores);
     return {model_.Merit(scores[0]), margins[0], model_.Keeps(margins[0]),

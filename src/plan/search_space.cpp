@@ -78,7 +78,10 @@ double SearchSpace::Distance(const SearchVector& a, const SearchVector& b) const
   double distance = 0.0;
   for (int i = 0; i < size(); ++i) {
     double d = std::abs(a(i) - b(i));
-    if (round_[i]) d = std::abs(std::remainder(d, 2.0 * M_PI / range_[i]));
+    if (round_[i]) {
+      const double turn = 2.0 * M_PI / range_[i];
+      d = std::abs(d - turn * std::round(d / turn));  // std::remainder() takes ten times as long
+    }
     distance = std::max(distance, d);
   }
   return distance;

@@ -79,8 +79,7 @@ const char* const kCases =
     "  cases:\n"
     "    - {name: as it is}\n"
     "    - name: another motion\n"
-    "      motion: {samples: 16, joints: [{at: {deg: [10, 20, -40]}}, {at: {deg: [30, 10, "
-    "-30]}}]}\n"
+    "      motion: {samples: 16, joints: [{at: [0.2, 0.4, -0.7]}, {at: [0.5, 0.2, -0.5]}]}\n"
     "    - name: from nearer\n"
     "      limits: {max_depth: 1.2}\n";
 
@@ -92,7 +91,7 @@ TEST(PlanSweep, OfCasesTakesEachCasesKeysForTheProblems) {
   const auto& cases = setup.sweep.cases;
   EXPECT_EQ(setup.sweep.CaseOf(3).name, "another motion");
   EXPECT_NEAR(setup.sweep.BaseOf(3).shift.z(), 0.05, 1e-15);
-  EXPECT_NEAR(cases[1].problem.motion.samples.front().q(0), 10.0 * M_PI / 180.0, 1e-12);
+  EXPECT_NEAR(cases[1].problem.motion.samples.front().q(0), 0.2, 1e-12);
   EXPECT_EQ(cases[2].problem.limits.depth.max, 1.2);
   EXPECT_NE(cases[0].problem.limits.depth.max, 1.2);
   EXPECT_EQ(cases[0].problem.motion.samples.back().q, cases[2].problem.motion.samples.back().q);

@@ -338,7 +338,7 @@ TEST(PlacementUncertainty, CountsThePerturbedPoses) {
   scorer.Load(poses);
   std::vector<PlanMargins> margins;
   scorer.Frustum(BatchPrecision::kDouble, &margins);
-  scorer.Obstacles(&margins);
+  scorer.Obstacles(BatchPrecision::kDouble, &margins);
   for (const PlanMargins& m : margins) {
     EXPECT_GE(*std::min_element(m.begin(), m.end()), -1e-8);
   }

@@ -31,8 +31,9 @@ struct PlacementSweep {
   std::vector<BaseShift> bases;      ///< The same.
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(cases.size() * bases.size()); }
-  /// @pre 0 <= item < size().
+  /// The cell that item `item` is about. @pre 0 <= item < size().
   [[nodiscard]] const PlacementCase& CaseOf(int item) const { return cases[item / bases.size()]; }
+  /// Where the arm of item `item` stands. @pre 0 <= item < size().
   [[nodiscard]] const BaseShift& BaseOf(int item) const { return bases[item % bases.size()]; }
 };
 

@@ -178,7 +178,7 @@ class CameraScorer {
   /// Near, far, field of view and keep-out boxes; the rest is left as it is.
   void Frustum(BatchPrecision precision, std::vector<PlanMargins>* margins);
   /// Occlusion and facing.
-  void Obstacles(std::vector<PlanMargins>* margins);
+  void Obstacles(BatchPrecision precision, std::vector<PlanMargins>* margins);
   /// Scores of the scene, see PlacementModel::Value().
   void Scores(BatchPrecision precision, std::vector<double>* scores);
 
