@@ -74,7 +74,10 @@ TEST(Python, ReadsAndWritesTheSameBytes) {
       {"vantage_msgs.image_features_t", test::Encoded(test::SampleImageFeatures())},
       {"vantage_msgs.observability_t", test::Encoded(test::SampleObservability())},
       {"vantage_msgs.servo_status_t", test::Encoded(test::SampleServoStatus())},
+      {"vantage_msgs.servo_inputs_t", test::Encoded(test::SampleServoRecord())},
+      {"vantage_msgs.servo_setup_t", test::Encoded(test::SampleServoSetup())},
       {"vantage_msgs.sim_truth_t", test::Encoded(test::SampleGroundTruth())},
+      {"drake.lcmt_panda_status", test::Encoded(test::SamplePandaStatus())},
       {"bot_core.rigid_transform_t", test::Encoded(test::SampleCameraPose())},
       {"bot_core.image_t", test::Encoded(test::SampleCameraImage())},
   };

@@ -1,11 +1,15 @@
 #include "vantage/messaging/tcp_hub.h"
 
+#include <cstdio>
+#include <fstream>
 #include <random>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <ifaddrs.h>
 #include <lcm/lcm-cpp.hpp>
 #include <net/if.h>
+#include <unistd.h>
 
 #include "raw_client.h"
 #include "vantage/math/error.h"
@@ -325,6 +329,31 @@ TEST_F(HostileClient, WithRandomBytesIsCutOff) {
     client.Send(noise);
   }
   ExpectUnharmed();
+}
+
+// A machine that went away without a word leaves a connection half open. That the kernel asks after it is in its
+// table: a keep-alive timer (2) that runs out within ten seconds.
+TEST(TcpHub, AsksAfterClientsThatAreSilent) {
+  const TcpHub hub(AnyPort());
+  RawClient client(hub.port());
+  ASSERT_TRUE(client.Subscribe("A") && client.Sync());
+  bool asks = false;
+  const bool found = BecomesTrue([&] {
+    std::ifstream table("/proc/net/tcp");
+    std::string line;
+    std::getline(table, line);
+    while (std::getline(table, line)) {
+      unsigned port = 0, state = 0, timer = 0;
+      unsigned long ticks = 0;
+      if (std::sscanf(line.c_str(), "%*d: %*8X:%X %*8X:%*X %X %*X:%*X %X:%lX", &port, &state,
+                      &timer, &ticks) == 4 &&
+          port == hub.port() && state == 1) {
+        asks = timer == 2 && ticks <= 10u * static_cast<unsigned long>(sysconf(_SC_CLK_TCK));
+      }
+    }
+    return asks;
+  });
+  EXPECT_TRUE(found);
 }
 
 TEST(TcpHub, CutsOffWhoDoesNotSayHello) {
