@@ -18,7 +18,7 @@ Lockstep::Lockstep(const Scenario& scenario)
       camera_task_(scenario.task, scenario.rig, scenario.q_c_start, scenario.active),
       period_(FromSeconds(scenario.servo.period)) {}
 
-const ServoOutput& Lockstep::Tick() {
+const ServoOutput& Lockstep::Tick(const Spoil& spoil) {
   const Time now = world_.now() + period_;
   world_.Advance(now);
   inputs_.now = now;
@@ -28,6 +28,7 @@ const ServoOutput& Lockstep::Tick() {
   const auto features = world_.ReadFeatures();
   inputs_.has_features = features.has_value();
   if (features) inputs_.features = *features;
+  if (spoil) spoil(&inputs_);
   const ServoOutput& output = RunPeriod(&servo_, inputs_);
   inputs_.has_active = false;
   world_.Accept(output.command, now);

@@ -19,8 +19,11 @@ class Lockstep {
   /// Throws ConfigError or RenderError.
   explicit Lockstep(const Scenario& scenario);
 
+  /// Has its way with what a period takes in, as faults on the way to a servo do.
+  using Spoil = std::function<void(PeriodInputs*)>;
+
   /// One control period.
-  const ServoOutput& Tick();
+  const ServoOutput& Tick(const Spoil& spoil = {});
 
   [[nodiscard]] World& world() noexcept { return world_; }
   [[nodiscard]] const Servo& servo() const noexcept { return servo_; }
