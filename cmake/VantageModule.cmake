@@ -29,6 +29,8 @@ function(vantage_add_test path)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
   target_compile_definitions(${name} PRIVATE VANTAGE_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} vantage_warnings GTest::gtest_main)
+  # A test's own code is run once: compile it quickly. What it tests is optimised.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${module} RUN_SERIAL ${serial})
 endfunction()
 
