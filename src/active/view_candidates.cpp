@@ -31,7 +31,8 @@ double At(const RigAxis& axis, double share) noexcept {
 // The turn of `angle` inside the limits that is nearest to `near`.
 double NearestTurn(const RigAxis& axis, double angle, double near) noexcept {
   double best = angle;
-  for (double turn = angle - 2.0 * kTurn; turn <= angle + 2.5 * kTurn; turn += kTurn) {
+  for (int i = -2; i <= 2; ++i) {
+    const double turn = angle + i * kTurn;
     const bool inside = turn >= axis.lower && turn <= axis.upper;
     if (inside && std::abs(turn - near) < std::abs(best - near)) best = turn;
   }
@@ -207,7 +208,8 @@ std::vector<double> OtherRolls(const CameraRig& rig, const RigVector& q_c) {
     // differ by half turns the nearest will do.
     const double wanted = q_c(axis) + eighth * kTurn / 8.0;
     double best = bounds.upper + kTurn;
-    for (double roll = wanted - 2.0 * kTurn; roll <= wanted + 2.0 * kTurn; roll += 0.5 * kTurn) {
+    for (int half = -4; half <= 4; ++half) {
+      const double roll = wanted + half * 0.5 * kTurn;
       const bool inside = roll >= bounds.lower && roll <= bounds.upper;
       if (inside && std::abs(roll - q_c(axis)) < std::abs(best - q_c(axis))) best = roll;
     }

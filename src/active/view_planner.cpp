@@ -51,7 +51,7 @@ struct SampleValue {
 };
 
 // Markers of the arm, then those of the goal.
-using MarkerSet = std::bitset<2 * kMaxPoints>;
+using MarkerSet = std::bitset<std::size_t{2} * kMaxPoints>;
 
 using SampleValues = std::array<SampleValue, kMaxPathSamples>;
 

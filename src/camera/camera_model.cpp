@@ -49,8 +49,8 @@ Vector2d ToPixel(const CameraModel& camera, const Vector2d& n) noexcept {
 Vector2d ToNormalised(const CameraModel& camera, const Vector2d& pixel) noexcept {
   const double y = (pixel.y() - camera.v0) / camera.fy;
   const Vector2d distorted((pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y);
-  if (camera.distortion.none()) return distorted;
   Vector2d n = distorted;
+  if (camera.distortion.none()) return n;
   for (int i = 0; i < 20; ++i) {
     const Vector2d residual = Distort(camera.distortion, n) - distorted;
     if (residual.squaredNorm() < 1e-28) break;

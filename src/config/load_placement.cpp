@@ -429,8 +429,13 @@ PlacementSetup LoadPlacement(const std::string& name_or_path, SchemaRecorder* re
       IsBuiltIn(ConfigKind::kScenario, name_or_path)) {
     return OfScenario(LoadScenario(name_or_path));
   }
-  return ReadPlacement(FindProblem(name_or_path),
-                       std::filesystem::path(name_or_path).stem().string(), recorder);
+  const ConfigText text = FindProblem(name_or_path);
+  const std::string name = std::filesystem::path(name_or_path).stem().string();
+  // A scenario's file: it has a goal, which no problem has.
+  if (ParseConfig(text).FormOf("goal") != Section::Form::kAbsent) {
+    return OfScenario(ReadScenario(text, name));
+  }
+  return ReadPlacement(text, name, recorder);
 }
 
 PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,

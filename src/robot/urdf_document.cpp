@@ -189,9 +189,13 @@ void UrdfDocument::RequireTree() const {
     reached.insert(link->name);
     open.insert(open.end(), link->child_links.begin(), link->child_links.end());
   }
+  std::string in_circle;
   for (const auto& [name, link] : model_->links_) {
-    if (reached.count(name) == 0) FailLink(name, "is in a circle of joints");
+    if (reached.count(name) != 0) continue;
+    if (in_circle.empty()) in_circle = name;
+    link->child_links.clear();  // links of a circle own one another: nothing else would free them
   }
+  if (!in_circle.empty()) FailLink(in_circle, "is in a circle of joints");
 }
 
 std::string UrdfDocument::Where(const Lines& lines, const std::string& name) const {

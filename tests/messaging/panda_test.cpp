@@ -171,7 +171,10 @@ TEST(PandaBridge, PassesStatesAndCommandsAndStandsWhenTheServoIsGone) {
     const std::lock_guard lock(mutex);
     return command.qdot.isZero(0.0) && command.q == status.q;
   }));
-  EXPECT_FALSE(command.position_control);
+  {
+    const std::lock_guard lock(mutex);
+    EXPECT_FALSE(command.position_control);
+  }
   EXPECT_TRUE(bridge.Terminate(seconds(5)).success());
 }
 

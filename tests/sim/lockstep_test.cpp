@@ -21,7 +21,8 @@ TEST_P(BuiltInScenario, ConvergesWithTheActiveCamera) {
 
 INSTANTIATE_TEST_SUITE_P(All, BuiltInScenario,
                          ::testing::Values("planar-good-view", "planar-grazing-view",
-                                           "puma3-bad-view", "puma560-bad-view", "ur5-bad-view",
+                                           "puma3-bad-view", "puma560-bad-view", "puma560-rail",
+                                           "puma560-gantry", "puma560-two-arms", "ur5-bad-view",
                                            "panda-bad-view"),
                          [](const auto& test) {
                            std::string name = test.param;

@@ -57,7 +57,7 @@ struct PlacementSetup {
 /// @pre 0 <= item < sweep.size().
 [[nodiscard]] PlacementProblem ProblemAt(const PlacementSweep& sweep, int item);
 
-/// A placement problem: a YAML file, or a built-in one by its name; a scenario stands for the problem of
+/// A placement problem: a YAML file, or a built-in one by its name; a scenario (either) stands for the problem of
 /// placing its camera for its motion. Throws ConfigError with file, line, key and bound.
 [[nodiscard]] PlacementSetup LoadPlacement(const std::string& name_or_path,
                                            SchemaRecorder* recorder = nullptr);
