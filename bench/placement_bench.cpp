@@ -15,6 +15,7 @@
 #include <benchmark/benchmark.h>
 #include <nlopt.hpp>
 
+#include "vantage/plan/camera_path.h"
 #include "vantage/plan/placement.h"
 
 namespace {
@@ -242,7 +243,52 @@ void Run(benchmark::State& state, int parameters, int joints,
   }
 }
 
+// Camera paths (eq. 15) of the same instances, against a search of many times the effort; and a window of 16
+// samples refined, as a receding horizon does.
+void Paths(benchmark::State& state, int joints) {
+  Set& set = SetOf(3, joints);
+  for (auto _ : state) {
+    std::vector<double> seconds, window_seconds, share, fixed_share;
+    for (const PlacementModel& model : set.models) {
+      const PlacedCamera fixed = PlaceCamera(model, PlacementSearch()).best;
+      const double begin = CpuSeconds();
+      const CameraPathResult found = PlanCameraPath(model, fixed);
+      seconds.push_back(CpuSeconds() - begin);
+      CameraPathSearch large;
+      large.states = 4800;
+      large.rounds = 160;
+      const CameraPathResult best = PlanCameraPath(model, fixed, large);
+      if (found.path.broken > 0 || best.path.broken > 0) {
+        state.SkipWithError("a path breaks a limit");
+        return;
+      }
+      const double known = std::max(found.path.value, best.path.value);
+      share.push_back(found.path.value / known);
+      fixed_share.push_back(found.fixed.value / known);
+      CameraPath path = found.path;
+      const double window_begin = CpuSeconds();
+      benchmark::DoNotOptimize(RefineWindow(model, 40, 16, 8, true, &path));
+      window_seconds.push_back(CpuSeconds() - window_begin);
+    }
+    const auto median = [](std::vector<double> values) {
+      std::nth_element(values.begin(), values.begin() + kInstances / 2, values.end());
+      return values[kInstances / 2];
+    };
+    state.counters["median_ms"] = 1e3 * median(seconds);
+    state.counters["window_ms"] = 1e3 * median(window_seconds);
+    state.counters["share"] = median(share);
+    state.counters["least_share"] = *std::min_element(share.begin(), share.end());
+    state.counters["fixed_share"] = median(fixed_share);
+  }
+}
+
 void Register() {
+  for (const int joints : {3, 6}) {
+    benchmark::RegisterBenchmark(joints == 3 ? "path/k3" : "path/k8",
+                                 [=](benchmark::State& state) { Paths(state, joints); })
+        ->Iterations(1)
+        ->Unit(benchmark::kMillisecond);
+  }
   struct Method {
     const char* name;
     std::function<Solved(const PlacementModel&)> solve;
