@@ -29,10 +29,10 @@ enum class ActiveMode : int {
 
 /// Settings of an active camera.
 struct ActiveOptions {
-  ActiveMode mode{ActiveMode::kTrigger};
-  bool enabled{true};  ///< False: measure and trigger, but never move.
-  TriggerOptions trigger;
-  PlannerOptions planner;
+  ActiveMode mode{ActiveMode::kTrigger};  ///< How the camera is moved: see ActiveMode.
+  bool enabled{true};                     ///< False: measure and trigger, but never move.
+  TriggerOptions trigger;                 ///< When the view counts as too poor.
+  PlannerOptions planner;       ///< How a better view is sought, and what every view must keep.
   double replan_interval{0.5};  ///< Least time between two plans [s]; > 0.
   double look_ahead{0.6};  ///< A marker predicted to be lost within this time fires too [s]; >= 0.
 };
@@ -70,29 +70,29 @@ enum class ActiveRefusal : int {
 
 /// What the active camera knows at one instant: measured, nothing from a simulator.
 struct ActiveInputs {
-  Time now{};
+  Time now{};          ///< Of the control period that all the rest belongs to.
   JointVector q;       ///< Measured joints.
   JointVector qdot;    ///< Commanded joint velocity [rad/s or m/s].
   JointVector q_goal;  ///< Joints the task is predicted to end at; q when unknown.
   std::vector<PlacedMarker>
       goal_markers;  ///< Markers in the scene that must stay seen; may be empty.
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Measured camera pose.
-  Measure composite;  ///< Of J_c, as the control period computed it.
-  LowCause cause{LowCause::kNone};
+  Measure composite;                ///< Of J_c, as the control period computed it.
+  LowCause cause{LowCause::kNone};  ///< Why w_c is low, as the control period judged it.
   int markers_lost{0};      ///< Markers the features need that the last image does not show.
   bool stalled{false};      ///< The servo's error has stopped falling above the tolerance.
   bool uncertified{false};  ///< It is at its goal by the image, in a view that hides too much.
-  double error_px{0.0};     ///< Norm of the image error [px].
+  double error_px{0.0};     ///< Root mean square error of the feature rows [px].
   double mm_per_px{0.0};    ///< Worst motion of a marker that one pixel may hide [mm/px].
 };
 
 /// What one step of the active camera decides.
 struct ActiveOutput {
-  ActiveState state{ActiveState::kWatching};
-  ActiveReason reason{ActiveReason::kNone};
-  ActiveRefusal refusal{ActiveRefusal::kNone};
-  RigVector q_c;                                          ///< Commanded rig coordinates.
-  RigVector qdot_c;                                       ///< Their rate [m/s, rad/s].
+  ActiveState state{ActiveState::kWatching};    ///< Where in its cycle it is after the step.
+  ActiveReason reason{ActiveReason::kNone};     ///< Why it was last asked to move.
+  ActiveRefusal refusal{ActiveRefusal::kNone};  ///< Why it does not move though asked to.
+  RigVector q_c;                                ///< Commanded rig coordinates.
+  RigVector qdot_c;                             ///< Their rate [m/s, rad/s].
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Commanded camera pose.
   Twist V_WC_C{Twist::Zero()};  ///< Twist of that pose: what the servo feeds forward.
   JointVector q_goal;           ///< Joints the task is predicted to end at; empty: unknown.

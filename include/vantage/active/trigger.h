@@ -17,7 +17,7 @@ enum class TriggerMeasure : int {
 
 /// Settings of a trigger.
 struct TriggerOptions {
-  TriggerMeasure measure{TriggerMeasure::kGeometricMean};
+  TriggerMeasure measure{TriggerMeasure::kGeometricMean};  ///< What is compared with the threshold.
   double threshold{120.0};  ///< The camera moves below it, in the measure's unit; > 0.
   double hysteresis{1.2};   ///< Re-armed above hysteresis * threshold; >= 1.
   int debounce{3};          ///< Consecutive evaluations below the threshold that fire; >= 1.

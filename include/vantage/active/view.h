@@ -22,9 +22,9 @@ namespace vantage {
 
 /// What the servo looks at. Constant during a run, but for the goal.
 struct ViewModel {
-  ArmModel arm;
-  CameraModel camera;
-  FeatureSet features;
+  ArmModel arm;                 ///< The arm that carries the markers; its capsules may hide them.
+  CameraModel camera;           ///< Intrinsics; where it stands is an argument of its own.
+  FeatureSet features;          ///< Rows that the servo steers by, over the points below.
   std::vector<Marker> markers;  ///< On the end effector, poses in E; index = point of `features`.
 };
 
@@ -56,16 +56,18 @@ enum class ViewFault : int {
 
 /// A marker centre with its normal, in the world.
 struct PlacedMarker {
-  Eigen::Vector3d p_W, normal_W;
-  double radius;
+  Eigen::Vector3d p_W;       ///< Centre [m].
+  Eigen::Vector3d normal_W;  ///< Unit; the side it is seen from.
+  double radius;             ///< Of the disc; its ring is twice as wide [m].
 };
 
 /// The arm at one configuration, with all that views of it need. Computed once for many cameras.
 struct ArmSample {
-  JointVector q;
-  Kinematics kinematics;
+  JointVector q;                          ///< Joints [rad or m].
+  Kinematics kinematics;                  ///< Pose and Jacobian of the end effector at q.
   std::vector<PlacedMarker> markers;      ///< The end effector's.
   std::vector<PointJacobian> J_marker_W;  ///< Of the markers' centres: no camera is in it.
+  /// Bodies of the links in the world, which may hide markers.
   std::vector<PlacedCapsule> capsules;
 };
 /// The arm at these joints, as views of it need it.

@@ -24,7 +24,7 @@ struct PlannerOptions {
   /// A view of the motion's end in which one pixel may hide more than this is worth less by the ratio of
   /// the two [mm/px]; > 0.
   double max_mm_per_px{8.0};
-  ViewLimits limits;
+  ViewLimits limits;  ///< What every view chosen must keep.
 };
 
 /// Throws ConfigError (key "active.planner...") when an option is out of bounds.
@@ -75,11 +75,12 @@ struct ViewScore {
 
 /// A plan for the camera, and the view it has without one.
 struct ViewPlan {
-  PlanVerdict verdict{PlanVerdict::kNoGain};
+  PlanVerdict verdict{PlanVerdict::kNoGain};  ///< Whether to go, or why not.
   RigPath path;          ///< From the request's q_c to the new view; of kMove alone.
   double duration{0.0};  ///< Of the move [s].
   bool loses{false};     ///< Markers go out of sight on the way.
-  ViewScore stay, move;  ///< The view that is left, and the one chosen.
+  ViewScore stay;        ///< The view that a plan must better: of q_c_stay.
+  ViewScore move;        ///< The view chosen.
   double gain{0.0};      ///< Promised ratio of the measure to that of staying, less 1.
   int views_scored{0};   ///< Views compared, for the record.
 };

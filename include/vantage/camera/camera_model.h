@@ -10,7 +10,11 @@ namespace vantage {
 
 /// Radial-tangential lens distortion in OpenCV's order (k1, k2, p1, p2, k3) [-]. All zero: none.
 struct Distortion {
-  double k1{0.0}, k2{0.0}, p1{0.0}, p2{0.0}, k3{0.0};
+  double k1{0.0};  ///< Radial, of r² [-].
+  double k2{0.0};  ///< Radial, of r⁴ [-].
+  double p1{0.0};  ///< Tangential, of 2 x y in x_d [-].
+  double p2{0.0};  ///< Tangential, of r² + 2 x² in x_d [-].
+  double k3{0.0};  ///< Radial, of r⁶ [-].
   [[nodiscard]] bool none() const noexcept {
     return k1 == 0.0 && k2 == 0.0 && p1 == 0.0 && p2 == 0.0 && k3 == 0.0;
   }
@@ -19,11 +23,14 @@ struct Distortion {
 /// Intrinsics of one camera: u = fx x_d + skew y_d + u0, v = fy y_d + v0, with (x_d, y_d) the
 /// distorted normalised coordinates.
 struct CameraModel {
-  double fx{600.0}, fy{600.0};  ///< Focal lengths [px]; > 0.
-  double u0{319.5}, v0{239.5};  ///< Principal point [px].
-  double skew{0.0};             ///< [px].
-  Distortion distortion;
-  int width{640}, height{480};  ///< Image size [px]; > 0.
+  double fx{600.0};       ///< Focal length along u [px]; > 0.
+  double fy{600.0};       ///< Focal length along v [px]; > 0.
+  double u0{319.5};       ///< Column of the principal point [px].
+  double v0{239.5};       ///< Row of the principal point [px].
+  double skew{0.0};       ///< Shift of u by a unit of y_d [px].
+  Distortion distortion;  ///< Of the lens; none by default.
+  int width{640};         ///< Columns of the image [px]; > 0.
+  int height{480};        ///< Rows of the image [px]; > 0.
 };
 
 /// Image of normalised coordinates n, distortion included [px].

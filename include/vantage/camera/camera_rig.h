@@ -38,7 +38,7 @@ enum class RigKind {
 
 /// One joint of the arm that carries a camera, by its axis where all joints stand at 0.
 struct RigJoint {
-  bool prismatic{false};
+  bool prismatic{false};  ///< Slides along its axis [m]; false: turns about it [rad].
   Eigen::Vector3d axis_W{Eigen::Vector3d::UnitZ()};  ///< Unit direction.
   Eigen::Vector3d point_W{Eigen::Vector3d::Zero()};  ///< On the axis of a revolute joint [m].
 };
@@ -54,7 +54,7 @@ struct RigAxis {
 
 /// A rig: data only; what it does is in the functions below.
 struct CameraRig {
-  RigKind kind{RigKind::kFixed};
+  RigKind kind{RigKind::kFixed};  ///< What carries the camera; gives q_c its axes and their order.
   RigOrientation orientation{RigOrientation::kLookAt};          ///< Of a spherical rig.
   Eigen::Vector3d target_W{Eigen::Vector3d::Zero()};            ///< Sphere's centre [m].
   Eigen::Isometry3d X_WC_fixed{Eigen::Isometry3d::Identity()};  ///< Zero pose of the other kinds.
@@ -71,9 +71,9 @@ using RigJacobianMatrix = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMaj
 
 /// Indices of the axes that turn the camera about its own centre, -1 for those the rig has not.
 struct RigHead {
-  int pan{-1};
-  int tilt{-1};
-  int roll{-1};
+  int pan{-1};   ///< Turns the view to the right.
+  int tilt{-1};  ///< Turns the view up.
+  int roll{-1};  ///< Turns it about the optical axis.
 };
 
 /// True when the axis is an angle, false when it is a length.

@@ -13,7 +13,7 @@ namespace vantage {
 struct ConfigText {
   std::string source;  ///< As errors name it: the path, or "built-in:robots/puma560.yaml".
   std::string folder;  ///< Of the file; empty when built in.
-  std::string text;
+  std::string text;    ///< The whole content, not parsed yet.
 };
 
 /// Kinds of files, by the folder of the built-in ones.

@@ -30,8 +30,8 @@ namespace vantage {
 
 /// What is to be said of an arm from a URDF file (see UrdfArm).
 struct RobotRemarks {
-  std::vector<std::string> warnings;
-  std::vector<std::string> notes;
+  std::vector<std::string> warnings;  ///< What is missing in the file and was replaced.
+  std::vector<std::string> notes;     ///< What the file leaves open and was chosen.
 };
 
 /// An arm, from the root of a robot file or from a mapping within another file: DH rows, or the path of
@@ -59,7 +59,7 @@ struct RobotRemarks {
 
 /// A rig and where it starts.
 struct RigSetup {
-  CameraRig rig;
+  CameraRig rig;        ///< Limits in metres and radians.
   RigVector q_c_start;  ///< Within the axes' limits.
 };
 /// Reads a `camera_rig` section.

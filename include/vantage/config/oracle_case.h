@@ -30,14 +30,14 @@ struct OraclePoint {
 
 /// A camera given by spherical coordinates: a spherical rig of four axes at q_c.
 struct OracleSphere {
-  CameraRig rig;
+  CameraRig rig;  ///< RigKind::kSpherical; limits are wide: ±1e6 rad or m.
   RigVector q_c;  ///< (R [m], theta [rad], phi [rad], roll [rad]).
 };
 
 /// Camera of a case: fixed in the world or carried by the end effector.
 struct OracleCamera {
-  bool eye_in_hand{false};
-  CameraModel model;  ///< Without distortion. "Normalised" units: fx = fy = 1, u0 = v0 = 0.
+  bool eye_in_hand{false};  ///< Carried by E; false: fixed in W.
+  CameraModel model;        ///< Without distortion. "Normalised" units: fx = fy = 1, u0 = v0 = 0.
   /// Pose in W, or in E for eye_in_hand.
   Eigen::Isometry3d X{Eigen::Isometry3d::Identity()};
   std::optional<OracleSphere> sphere;  ///< Where the file gives it; X is its pose.
@@ -45,14 +45,14 @@ struct OracleCamera {
 
 /// What is measured in one case.
 struct OracleCase {
-  std::string id;
-  std::string description;
-  ArmModel arm;  ///< Limits are wide: ±100 rad or m.
-  JointVector q;
-  std::vector<OraclePoint> points;
-  FeatureSet features;
-  OracleCamera camera;
-  int task_dimension{6};  ///< m.
+  std::string id;                   ///< By which it is chosen from its file.
+  std::string description;          ///< In words; may be empty.
+  ArmModel arm;                     ///< Limits are wide: ±100 rad or m.
+  JointVector q;                    ///< Joints that it is measured at [rad or m].
+  std::vector<OraclePoint> points;  ///< In the order that the features number them.
+  FeatureSet features;              ///< Rows of J_v, over `points`.
+  OracleCamera camera;              ///< Intrinsics and pose.
+  int task_dimension{6};            ///< m.
 };
 
 /// Reads and parses a JSON file.

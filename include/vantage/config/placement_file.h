@@ -20,9 +20,9 @@ struct BaseShift {
 
 /// One of the cells that a sweep compares: another robot, camera, rig, motion or whatever else differs.
 struct PlacementCase {
-  std::string name;
-  ViewModel view;
-  PlacementProblem problem;
+  std::string name;          ///< As tables and pictures of the sweep call it.
+  ViewModel view;            ///< Its arm, camera, features and markers.
+  PlacementProblem problem;  ///< Its camera to place, the arm where the robot's file puts it.
 };
 
 /// Items of a sweep: every case with every place of the arm's base, the base fastest.
@@ -39,15 +39,15 @@ struct PlacementSweep {
 
 /// What vantage-plan works on.
 struct PlacementSetup {
-  std::string name;         ///< Of the file, without folder and ending.
-  std::string description;  ///< One line.
-  std::string scenario;     ///< Whose arm, camera and motion these are; empty: the file's own.
-  bool pixels{true};        ///< Features in pixels; false: in the units of the focal length.
-  ViewModel view;
-  PlacementProblem problem;
-  PlacementSearch search;
-  bool camera_moves{false};  ///< Eq. 15 too: a path of the camera along with the arm.
-  CameraPathSearch path_search;
+  std::string name;              ///< Of the file, without folder and ending.
+  std::string description;       ///< One line.
+  std::string scenario;          ///< Whose arm, camera and motion these are; empty: the file's own.
+  bool pixels{true};             ///< Features in pixels; false: in the units of the focal length.
+  ViewModel view;                ///< Arm, camera, features and markers.
+  PlacementProblem problem;      ///< The camera to place, and what it is to see.
+  PlacementSearch search;        ///< Effort for a camera that stands still.
+  bool camera_moves{false};      ///< Eq. 15 too: a path of the camera along with the arm.
+  CameraPathSearch path_search;  ///< Effort for the path; where camera_moves is true.
   PlacementSweep sweep;  ///< Empty: none. Of a sweep with cases `problem` is the first case's.
   std::uint64_t fingerprint{
       0};  ///< Of the file's text: tables of one problem know each other by it.

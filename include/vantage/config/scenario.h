@@ -24,10 +24,10 @@ struct Scenario {
   std::string name;         ///< Of the file, without folder and ending.
   std::string description;  ///< One line.
   ServoTask task;           ///< Arm, camera, features, markers, goal: what the controller knows.
-  CameraRig rig;
-  RigVector q_c_start;  ///< Rig coordinates at the start.
-  ServoOptions servo;
-  ActiveOptions active;
+  CameraRig rig;            ///< What carries the camera.
+  RigVector q_c_start;      ///< Rig coordinates at the start.
+  ServoOptions servo;       ///< Gains, limits and tolerances of the controller.
+  ActiveOptions active;     ///< Of the active camera; enabled is false for one that stands.
   double time_limit{60.0};  ///< Of vantage-run [s].
   SimOptions sim;           ///< For the simulator alone.
   /// Where the markers of the end effector truly have to go [m]; for the simulator alone.

@@ -20,9 +20,9 @@ namespace vantage {
 
 /// Closed range of a number, both ends finite.
 struct Range {
-  double lower{0.0};
-  double upper{0.0};
-  std::string unit;  ///< As printed: "m", "px", "1/s"; empty: none.
+  double lower{0.0};  ///< Least value allowed, in `unit`.
+  double upper{0.0};  ///< Greatest value allowed, in `unit`.
+  std::string unit;   ///< As printed: "m", "px", "1/s"; empty: none.
 };
 
 /// In place of a default: the key must be there.

@@ -58,9 +58,10 @@ enum class RendererBackend {
 struct SimOptions {
   JointVector q_start;               ///< True joints at the start [rad or m].
   std::vector<Marker> goal_markers;  ///< Markers in the scene, in the world; may be empty.
-  GoalMotion goal_motion;
-  ArmEffects arm;
-  CameraEffects camera;
+  GoalMotion goal_motion;            ///< Of all goal markers together; by default they stand.
+  ArmEffects arm;                    ///< Lag, noise and watchdog of the simulated arm.
+  CameraEffects camera;              ///< Rate, delay, noise and errors of the simulated camera.
+  /// Not used where CameraEffects::kinematic is true.
   RendererBackend renderer{RendererBackend::kAuto};
   double step{0.001};     ///< Of the plants [s]; > 0.
   std::uint64_t seed{1};  ///< Of every random number.

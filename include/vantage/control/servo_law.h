@@ -35,7 +35,8 @@ struct ServoLawOptions {
 /// What bounds a joint in this period, after velocity, acceleration and position limits are put
 /// together.
 struct VelocityBounds {
-  JointVector lower, upper;  ///< [rad/s or m/s]; lower <= upper.
+  JointVector lower;  ///< Least velocity of each joint [rad/s or m/s].
+  JointVector upper;  ///< Greatest velocity of each joint [rad/s or m/s]; >= lower.
 };
 
 /// Bounds on the joint velocity of the next period such that every later period can still respect

@@ -21,8 +21,8 @@ namespace vantage {
 
 /// Where camera and end effector stand and what the joints do.
 struct ViewGeometry {
-  Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};
-  Eigen::Vector3d p_WE{Eigen::Vector3d::Zero()};  ///< E's origin [m].
+  Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Camera pose.
+  Eigen::Vector3d p_WE{Eigen::Vector3d::Zero()};          ///< E's origin [m].
   /// 6×n, columns from the base to the tip: that order decides which joint moves which.
   ArmJacobian J_r{ArmJacobian::Zero(6, 1)};
   bool eye_in_hand{false};  ///< The camera is carried by E.

@@ -54,12 +54,12 @@ enum class FeatureKind {
 
 /// One feature row: a kind over image points, named by their index in the point list.
 struct Feature {
-  FeatureKind kind{FeatureKind::kPointX};
-  std::vector<int> points;
-  int order_x{0};             ///< p of kMomentBasic and kMomentCentred.
-  int order_y{0};             ///< q of kMomentBasic and kMomentCentred.
-  double desired_area{1.0};   ///< a* of the normalised moments [px²]; > 0.
-  double desired_depth{1.0};  ///< Z* of the normalised moments [m]; > 0.
+  FeatureKind kind{FeatureKind::kPointX};  ///< What is measured, and so the unit of the row.
+  std::vector<int> points;                 ///< As many and in the order that the kind asks for.
+  int order_x{0};                          ///< p of kMomentBasic and kMomentCentred.
+  int order_y{0};                          ///< q of kMomentBasic and kMomentCentred.
+  double desired_area{1.0};                ///< a* of the normalised moments [px²]; > 0.
+  double desired_depth{1.0};               ///< Z* of the normalised moments [m]; > 0.
 };
 
 /// The kind as files name it: "point_x", "segment_length", ... Empty for what is not a kind.

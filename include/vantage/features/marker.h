@@ -26,7 +26,7 @@ inline constexpr int kMaxMarkers = 2 * kMaxPoints;
 
 /// What a detector found of one marker.
 struct MarkerMeasurement {
-  int id{0};
+  int id{0};                                       ///< Marker::id of the marker sought.
   Eigen::Vector2d pixel{Eigen::Vector2d::Zero()};  ///< Centre [px], lens distortion removed.
   bool valid{false};                               ///< False: not seen in this image.
 };
@@ -37,8 +37,8 @@ struct ImageFeatures {
   Time stamp{};                                           ///< When the features were sent.
   Time exposure{};                                        ///< When the image was taken.
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Measured camera pose at the exposure.
-  int count{0};
-  std::array<MarkerMeasurement, kMaxMarkers> markers{};
+  int count{0};  ///< Entries of `markers` in use, seen or not.
+  std::array<MarkerMeasurement, kMaxMarkers> markers{};  ///< The first `count` have a meaning.
 
   /// The measurement of a marker, or nullptr when the image does not name it.
   [[nodiscard]] const MarkerMeasurement* Find(int id) const noexcept {

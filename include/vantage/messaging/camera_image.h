@@ -15,12 +15,12 @@ enum class PixelFormat {
 
 /// One camera frame for people: content of the CAMERA_IMAGE channel.
 struct CameraImage {
-  Time stamp{};       ///< When the image was taken.
-  int width{0};       ///< [px].
-  int height{0};      ///< [px].
-  int row_stride{0};  ///< Distance of two rows in data [byte].
-  PixelFormat format{PixelFormat::kGray};
-  std::vector<std::uint8_t> data;  ///< Rows from top to bottom, or one JPEG file.
+  Time stamp{};                            ///< When the image was taken.
+  int width{0};                            ///< [px].
+  int height{0};                           ///< [px].
+  int row_stride{0};                       ///< Distance of two rows in data [byte].
+  PixelFormat format{PixelFormat::kGray};  ///< What the bytes of `data` are.
+  std::vector<std::uint8_t> data;          ///< Rows from top to bottom, or one JPEG file.
 };
 
 }  // namespace vantage

@@ -14,8 +14,8 @@ namespace vantage {
 /// One message of a log.
 struct LoggedEvent {
   std::int64_t utime{0};  ///< When it was recorded: the logger's wall clock [us].
-  std::string channel;
-  Bytes data;
+  std::string channel;    ///< As on the network, prefix included.
+  Bytes data;             ///< The message as it was sent, fingerprint first.
 };
 
 /// Reads a log from its begin.

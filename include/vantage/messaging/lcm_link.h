@@ -30,8 +30,9 @@ enum class Delivery {
 
 /// How a channel is listened to.
 struct SubscribeOptions {
+  /// Which of the waiting messages are given to the callback.
   Delivery delivery{Delivery::kNewest};
-  StampGateOptions stamps;
+  StampGateOptions stamps;  ///< Which stamps are refused.
 };
 
 /// Counters of one link since its start.
@@ -41,10 +42,10 @@ struct LinkStats {
   std::int64_t dropped{0};          ///< Replaced by a newer one before delivery.
   RefusalCounts refused{};          ///< By reason.
   std::int64_t callback_errors{0};  ///< Exceptions out of callbacks.
-  std::int64_t published{0};
-  std::int64_t unsent{0};    ///< Could not be published: no connection.
-  std::int64_t connects{0};  ///< Times the transport was connected: 1 at the start.
-  bool connected{false};     ///< Now.
+  std::int64_t published{0};        ///< Messages handed to the transport.
+  std::int64_t unsent{0};           ///< Could not be published: no connection.
+  std::int64_t connects{0};         ///< Times the transport was connected: 1 at the start.
+  bool connected{false};            ///< Now.
 
   [[nodiscard]] std::int64_t total_refused() const noexcept;
 };

@@ -17,12 +17,14 @@ namespace vantage {
 /// One value of a message.
 struct MessageField {
   std::string name;  ///< "w_c", "sigma[2]", "pose[0].X_WC[1][3]".
+  /// Whole numbers and booleans as integers, floats as doubles.
   std::variant<std::int64_t, double, std::string> value;
 };
 
 /// An array of structs in a message, its elements taken apart.
 struct MessageTable {
   std::string name;  ///< Of the array.
+  /// One for each element; as many fields as its own arrays need.
   std::vector<std::vector<MessageField>> rows;
 };
 

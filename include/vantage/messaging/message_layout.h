@@ -58,18 +58,19 @@ inline constexpr int kMaxDimensions = 3;
 
 /// One field of a message type, as the bytes hold it.
 struct FieldLayout {
-  const char* name;
-  FieldKind kind;
+  const char* name;             ///< As the .lcm file has it: part of the fingerprint.
+  FieldKind kind;               ///< Of one element.
   const MessageLayout* nested;  ///< Of kNested.
   int num_dimensions;           ///< 0: a single value.
+  /// Outermost first; the first num_dimensions have a meaning.
   Dimension dimensions[kMaxDimensions];
 };
 
 /// A message type, as the bytes hold it.
 struct MessageLayout {
-  const char* name;  ///< "package.type".
-  const FieldLayout* fields;
-  int num_fields;
+  const char* name;           ///< "package.type".
+  const FieldLayout* fields;  ///< Array of num_fields, in the order of the bytes.
+  int num_fields;             ///< Length of `fields`.
 };
 
 /// Layout of the generated class `Wire`; specialised in "vantage_lcm/layouts.h".

@@ -30,16 +30,19 @@ enum class PandaMode : int {
 
 /// What of the status is used here.
 struct PandaStatus {
-  Time stamp{};  ///< On the driver's clock, whichever that is.
-  JointVector q, qdot;
-  PandaMode mode{PandaMode::kOther};
-  bool position_control{false}, velocity_control{false};
+  Time stamp{};                       ///< On the driver's clock, whichever that is.
+  JointVector q;                      ///< Measured joints [rad].
+  JointVector qdot;                   ///< Measured joint velocities [rad/s].
+  PandaMode mode{PandaMode::kOther};  ///< Robot mode as libfranka has it.
+  bool position_control{false};       ///< The driver takes positions.
+  bool velocity_control{false};       ///< The driver takes velocities.
 };
 
 /// What Drake's driver of the Panda obeys: drake::lcmt_panda_command.
 struct PandaCommand {
-  Time stamp{};
-  JointVector q, qdot;
+  Time stamp{};      ///< When the command was computed, on the sender's clock.
+  JointVector q;     ///< Wanted joints [rad].
+  JointVector qdot;  ///< Wanted joint velocities [rad/s].
   /// Mode the driver is believed to be in; in velocity mode otherwise.
   bool position_control{false};
 };

@@ -14,7 +14,7 @@ struct StampGateOptions {
   /// Refuse stamps later than now by more than this: a sender with a clock of its own, which makes
   /// every age wrong.
   bool not_from_future{true};
-  Duration tolerance{std::chrono::milliseconds(100)};
+  Duration tolerance{std::chrono::milliseconds(100)};  ///< How far ahead of now a stamp may be.
   /// After this long without an accepted message any order is taken: the sender was restarted.
   Duration forget_after{std::chrono::seconds(1)};
 };

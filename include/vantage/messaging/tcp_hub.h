@@ -16,7 +16,7 @@ struct TcpHubOptions {
   /// Address to listen at. The default serves this machine alone; anything else lets every machine
   /// that reaches the port read and write all channels.
   std::string address{"127.0.0.1"};
-  int max_clients{128};
+  int max_clients{128};  ///< At the same time; further ones are closed as they connect.
   std::size_t max_message{std::size_t{16} << 20};  ///< Largest message taken [byte].
   /// Bytes that may wait for one client beyond what the system buffers; the oldest messages give way.
   std::size_t max_backlog{std::size_t{4} << 20};

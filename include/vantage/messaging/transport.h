@@ -24,7 +24,7 @@ inline constexpr char kMulticastMend[] = "sudo ip route add 239.255.76.67/32 dev
 
 /// Outcome of the multicast test.
 struct MulticastTest {
-  bool works{false};
+  bool works{false};   ///< A datagram sent to the group came back.
   std::string reason;  ///< What failed, when it does not work.
 };
 
@@ -39,10 +39,11 @@ struct TransportOptions {
   /// the first multicast port from `multicast_port` on that nobody else has taken or is heard at, or make
   /// a hub of their own.
   bool join_existing{false};
-  int multicast_port{kLcmPort};
+  int multicast_port{kLcmPort};  ///< The port to join, or the first one tried.
   Duration listen_time{
       std::chrono::milliseconds(120)};  ///< How long to listen for others at a port.
-  TcpHubOptions hub;
+  TcpHubOptions hub;  ///< Of a hub to join or to make, where multicast does not work.
+  /// Longest wait for a datagram of the multicast test, and for a hub to answer.
   Duration test_timeout{std::chrono::milliseconds(200)};
   /// For tests: the multicast test to use.
   std::function<MulticastTest(Duration)> test_multicast{

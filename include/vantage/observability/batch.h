@@ -20,8 +20,8 @@ namespace vantage {
 
 /// One image coordinate of one point: a feature row of the batch.
 struct BatchRow {
-  int point{0};
-  int axis{0};  ///< 0: x, 1: y.
+  int point{0};  ///< Index in BatchSample::p_W.
+  int axis{0};   ///< 0: x, 1: y.
 };
 
 /// One configuration of the motion.
@@ -98,9 +98,13 @@ class BatchScene {
 
 /// Intrinsics that all cameras of a batch share. The zoom of each multiplies fx, fy and skew.
 struct BatchLens {
-  double fx{1.0}, fy{1.0}, skew{0.0};  ///< [px]; 1: features in normalised coordinates.
-  double x_min{-1e6}, x_max{1e6};      ///< Field of view, normalised coordinates at zoom 1.
-  double y_min{-1e6}, y_max{1e6};
+  double fx{1.0};      ///< Focal length along u [px]; 1: features in normalised coordinates.
+  double fy{1.0};      ///< Focal length along v [px]; 1 as fx.
+  double skew{0.0};    ///< Shift of u by a unit of Y/Z [px].
+  double x_min{-1e6};  ///< Left end of the field of view, X/Z at zoom 1 [-].
+  double x_max{1e6};   ///< Right end, X/Z at zoom 1 [-].
+  double y_min{-1e6};  ///< Upper end, Y/Z at zoom 1 [-].
+  double y_max{1e6};   ///< Lower end, Y/Z at zoom 1 [-].
 
   /// The camera's matrix; the largest upright rectangle of undistorted coordinates inside the image
   /// less `margin` [px].
@@ -109,14 +113,15 @@ struct BatchLens {
 
 /// Demands on a view that concern points alone. Depths in [m].
 struct DepthLimits {
-  double min{1e-3};
-  double max{1e6};
+  double min{1e-3};  ///< Least Z of a point in the camera frame [m].
+  double max{1e6};   ///< Greatest Z of a point in the camera frame [m].
 };
 
 /// A capsule that may stand before a marker.
 struct BatchCapsule {
-  Eigen::Vector3d p_WA, p_WB;  ///< Ends of the axis [m].
-  double radius{0.0};          ///< [m]; > 0.
+  Eigen::Vector3d p_WA;  ///< One end of the axis [m].
+  Eigen::Vector3d p_WB;  ///< The other end [m].
+  double radius{0.0};    ///< [m]; > 0.
 };
 
 /// A box that stands in the world.
@@ -127,9 +132,9 @@ struct BatchBox {
 
 /// A marker at one sample: where sight to it starts, its normal, what may hide it.
 struct BatchSight {
-  Eigen::Vector3d p_W{Eigen::Vector3d::Zero()};
-  Eigen::Vector3d normal_W{Eigen::Vector3d::UnitZ()};
-  std::vector<BatchCapsule> capsules;
+  Eigen::Vector3d p_W{Eigen::Vector3d::Zero()};        ///< Where rays to it start: SightOf() [m].
+  Eigen::Vector3d normal_W{Eigen::Vector3d::UnitZ()};  ///< Unit normal of its face.
+  std::vector<BatchCapsule> capsules;                  ///< That may hide it at this sample.
 };
 
 /// What may come between the cameras and the markers. Constant; safe to share between threads.

@@ -50,7 +50,7 @@ enum class MeasureStatus : int {
 /// Singular values of one Jacobian and what follows from them. Never holds a NaN: where the status is
 /// not kOk, sigma is empty, w, sigma_min and rank are 0, log_w is -inf and condition is inf.
 struct Measure {
-  MeasureStatus status{MeasureStatus::kEmpty};
+  MeasureStatus status{MeasureStatus::kEmpty};  ///< kOk: the rest was measured.
   /// σ_1 >= ... >= σ_s. Storage inside the object.
   Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows, 1> sigma;
   double w{0.0};          ///< Product of sigma. 0 for s = 0.
@@ -86,9 +86,9 @@ struct Measure {
 
 /// w of one Jacobian without its singular values.
 struct Volume {
-  MeasureStatus status{MeasureStatus::kEmpty};
-  double w{0.0};      ///< As Measure's.
-  double log_w{0.0};  ///< As Measure's.
+  MeasureStatus status{MeasureStatus::kEmpty};  ///< As Measure's.
+  double w{0.0};                                ///< As Measure's.
+  double log_w{0.0};                            ///< As Measure's.
   int rank{
       0};  ///< Of the triangle's diagonal, which bounds the singular values within small factors.
 };
@@ -102,7 +102,7 @@ struct Volume {
 
 /// The s largest singular triplets of one Jacobian, J = Σ σ_i u_i v_iᵀ.
 struct SingularSystem {
-  Measure measure;
+  Measure measure;  ///< The values σ_i, largest first, and what follows from them.
   /// rows×s; column i is σ_i u_i: the axes of the ellipsoid {J x : |x| <= 1} (paper, eqs. 7, 22). The
   /// image of a joint motion of unit speed, in feature units.
   TaskJacobian axes;
@@ -148,6 +148,7 @@ enum class GradientStatus : int {
 
 /// ∂(log w)/∂J; with the chain rule over what moves J, the gradient of log w, and w times it that of w.
 struct LogGradient {
+  /// Whether there is a gradient, or why not.
   GradientStatus status{GradientStatus::kNotMeasured};
   TaskJacobian by_J;  ///< rows×columns: Σ u_i v_iᵀ / σ_i over the s values. 0×0 where not kOk.
 };

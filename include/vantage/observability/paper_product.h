@@ -44,9 +44,9 @@ enum class AlongArmStatus : int {
 /// w_r is w_c for every k: the exact counterpart of the paper's J_v, since the end effector turns as its
 /// origin moves.
 struct AlongArm {
-  AlongArmStatus status{AlongArmStatus::kEmpty};
-  TranslationJacobian J_v;  ///< 0×0 where the status is not kOk.
-  Measure view;
+  AlongArmStatus status{AlongArmStatus::kEmpty};  ///< kOk: J_v and its measure have a meaning.
+  TranslationJacobian J_v;                        ///< 0×0 where the status is not kOk.
+  Measure view;                                   ///< Of J_v: w_v.
 };
 
 /// @pre dimension is 1, 2 or 3; J_v is k×6.

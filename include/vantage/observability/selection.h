@@ -28,9 +28,9 @@ enum class SelectionOver {
 
 /// What makes a choice of features the best.
 struct SelectionOptions {
-  SelectionCriterion criterion{SelectionCriterion::kW};
-  SelectionOver over{SelectionOver::kMean};
-  int task_dimension{kTaskDimension};
+  SelectionCriterion criterion{SelectionCriterion::kW};  ///< Measure of one configuration.
+  SelectionOver over{SelectionOver::kMean};  ///< From that of each configuration to one number.
+  int task_dimension{kTaskDimension};        ///< m: at most so many singular values count.
   /// Singular values are computed at most this many times for all sets to be tried; where that is not
   /// enough, greedy exchange takes its place.
   std::int64_t exhaustive_limit{200000};
@@ -53,7 +53,7 @@ enum class SelectionStatus : int {
 
 /// The features chosen.
 struct Selection {
-  SelectionStatus status{SelectionStatus::kEmpty};
+  SelectionStatus status{SelectionStatus::kEmpty};  ///< kOk: the rows are the choice.
   std::vector<int> rows;     ///< Ascending. Empty where the status is not kOk.
   double value{0.0};         ///< The criterion for them.
   double value_of_all{0.0};  ///< The criterion for all candidates together.

@@ -13,9 +13,9 @@ namespace vantage {
 
 /// A motion, sampled. Every list has one entry a sample.
 struct ArmMotion {
-  std::vector<ArmSample> samples;
-  std::vector<double> time;    ///< [s], ascending from 0.
-  std::vector<double> weight;  ///< Of the trapezoid rule over time [s].
+  std::vector<ArmSample> samples;  ///< The arm at each instant.
+  std::vector<double> time;        ///< [s], ascending from 0.
+  std::vector<double> weight;      ///< Of the trapezoid rule over time [s].
 
   [[nodiscard]] int size() const noexcept { return static_cast<int>(samples.size()); }
 };

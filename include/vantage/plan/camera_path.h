@@ -15,7 +15,7 @@ namespace vantage {
 
 /// Rig coordinates at each sample of the motion, straight lines in between.
 struct CameraPath {
-  std::vector<RigVector> q_c;
+  std::vector<RigVector> q_c;  ///< One entry a sample [m or rad].
   double value{0.0};  ///< The objective along it; where limits are broken, without those samples.
   int broken{0};      ///< Samples at which a limit is broken; 0: feasible.
 };
@@ -28,7 +28,7 @@ struct CameraPathSearch {
 
 /// A camera path with what it cost to find.
 struct CameraPathResult {
-  CameraPath path;
+  CameraPath path;              ///< The best path found.
   CameraPath fixed;             ///< The best camera that stands still, for the same objective.
   std::int64_t evaluations{0};  ///< Jacobians measured.
 };

@@ -16,12 +16,12 @@ namespace vantage {
 /// Effort of a search. The defaults reach the global optimum of the benchmark's instances; they grow
 /// with the number of free axes where they are 0.
 struct PlacementSearch {
-  int grid{0};         ///< Cameras scored at first; 0: 2560 for up to 4 free axes, else 10240.
-  int starts{0};       ///< Evolution strategies; 0: 16 or 32.
-  int members{0};      ///< Of a generation of each; 0: 16 or 48.
-  int generations{0};  ///< 0: 24 or 60.
-  int polished{4};     ///< Best ends that are polished.
-  std::uint64_t seed{1};
+  int grid{0};            ///< Cameras scored at first; 0: 2560 for up to 4 free axes, else 10240.
+  int starts{0};          ///< Evolution strategies; 0: 16 or 32.
+  int members{0};         ///< Of a generation of each; 0: 16 or 48.
+  int generations{0};     ///< 0: 24 or 60.
+  int polished{4};        ///< Best ends that are polished.
+  std::uint64_t seed{1};  ///< Of the evolution strategies' random numbers.
 };
 
 /// A limit that holds the optimum back.
@@ -32,16 +32,16 @@ struct ActiveLimit {
 
 /// One camera and what it is worth.
 struct PlacedCamera {
-  RigVector q_c;
-  Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};
+  RigVector q_c;                                          ///< Rig coordinates [m or rad].
+  Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< The pose at q_c.
   double value{0.0};      ///< Of the objective: the paper's cost with the sign turned.
   PlanMargins margins{};  ///< Worst over motion, markers and perturbed poses [m].
-  bool feasible{false};
+  bool feasible{false};   ///< Every margin is kept, up to kMarginTolerance.
 };
 
 /// What one limit does to an infeasible problem.
 struct LimitDiagnosis {
-  std::string name;
+  std::string name;  ///< Of the limit: "least depth", "field of view", ...
   /// Best margin any camera tried has in this limit alone [m]: negative: it cannot be kept by itself.
   double best_margin{0.0};
   /// Margin at the camera that is nearest to keeping everything [m].
@@ -58,18 +58,18 @@ struct WorstCaseWarning {
     kChangesSign,  ///< det J_c changes its sign between two samples: the least value is 0 there.
     kArmSingular,  ///< At a sample J_c loses rank for every camera: the least value is 0 for all.
   };
-  Kind kind{Kind::kNone};
-  int sample{-1};    ///< The first such sample.
-  double time{0.0};  ///< Of it [s].
+  Kind kind{Kind::kNone};  ///< kNone: the samples can be believed.
+  int sample{-1};          ///< The first such sample.
+  double time{0.0};        ///< Of it [s].
 };
 
 /// Outcome of a search for a fixed camera.
 struct PlacementResult {
   PlacedCamera
       best;  ///< feasible is false when no camera keeps all limits: then the nearest to it.
-  PlacedCamera worst;  ///< The least good of the feasible cameras of the first grid.
-  PlacedCamera start;  ///< The camera at q_c_start.
-  std::vector<ActiveLimit> active;
+  PlacedCamera worst;               ///< The least good of the feasible cameras of the first grid.
+  PlacedCamera start;               ///< The camera at q_c_start.
+  std::vector<ActiveLimit> active;  ///< Limits that hold `best` back.
   std::vector<LimitDiagnosis> diagnosis;  ///< Empty where a camera was found.
   WorstCaseWarning warning;               ///< Of PlanAggregate::kWorst alone.
   std::int64_t evaluations{0};            ///< Jacobians measured.
@@ -94,7 +94,7 @@ using PlanProgress =
 /// The best of a grid that is independent of the search, its best cells polished: the certificate of a
 /// result.
 struct GridCheck {
-  std::int64_t cameras{0};
+  std::int64_t cameras{0};   ///< Cameras of the grid.
   double best_on_grid{0.0};  ///< Value; -inf: none is feasible.
   PlacedCamera best;         ///< After polishing.
   /// How much less the result is worth than `best`, relative; negative: it is worth more.
@@ -107,8 +107,11 @@ struct GridCheck {
 /// Values over two free axes of the rig, the others as in `q_c`; where a camera steps back along its
 /// optical axis it does so just as far as field of view and least depth need.
 struct PlacementMap {
-  int axis_x{0}, axis_y{1};  ///< Of the rig.
-  std::vector<double> x, y;
+  int axis_x{0};  ///< Rig axis that `x` is of.
+  int axis_y{1};  ///< Rig axis that `y` is of.
+  /// Values of axis_x, evenly from its lower to its upper limit [m or rad].
+  std::vector<double> x;
+  std::vector<double> y;            ///< The same of axis_y [m or rad].
   std::vector<PlacedCamera> cells;  ///< x.size() · y.size(), row by row of y.
 };
 /// The objective over two axes of the rig about q_c; NaN where a limit is broken.

@@ -42,11 +42,12 @@ enum class ViewTask {
 
 /// What a placement makes great.
 struct PlanObjective {
-  PlanQuantity quantity{PlanQuantity::kComposite};
-  PlanAggregate aggregate{PlanAggregate::kIntegral};
-  BatchMeasure measure{BatchMeasure::kW};
-  ViewTask task{ViewTask::kBody};  ///< Of kView, kWeightedSum and kProduct.
-  double k_v{1.0}, k_r{1.0};       ///< Of kWeightedSum; >= 0.
+  PlanQuantity quantity{PlanQuantity::kComposite};    ///< Which Jacobian is measured.
+  PlanAggregate aggregate{PlanAggregate::kIntegral};  ///< From that of each sample to one number.
+  BatchMeasure measure{BatchMeasure::kW};  ///< Of one sample; kWeightedSum has kW and kLogW alone.
+  ViewTask task{ViewTask::kBody};          ///< Of kView, kWeightedSum and kProduct.
+  double k_v{1.0};                         ///< Weight of w_v in kWeightedSum; >= 0.
+  double k_r{1.0};                         ///< Weight of w_r in kWeightedSum; >= 0.
 };
 
 /// What every view of the whole motion must keep.
@@ -76,15 +77,15 @@ struct PoseUncertainty {
 struct PlacementProblem {
   CameraRig rig;        ///< Its axes' limits are the workspace.
   RigVector q_c_start;  ///< Where the camera stands now, within the limits.
-  BatchLens lens;
-  ArmMotion motion;
+  BatchLens lens;       ///< Intrinsics and field of view, image margin taken off.
+  ArmMotion motion;     ///< What the camera is to see; one sample at least.
   /// In the world; to be seen throughout the motion as the arm's own are (goals, for instance). At most
   /// kMaxPoints together with the arm's.
   std::vector<PlacedMarker> scene_markers;
-  std::vector<BatchRow> rows;  ///< Feature rows; empty: both coordinates of every marker.
-  PlanObjective objective;
-  PlanLimits limits;
-  PoseUncertainty uncertainty;
+  std::vector<BatchRow> rows;   ///< Feature rows; empty: both coordinates of every marker.
+  PlanObjective objective;      ///< What is to be great.
+  PlanLimits limits;            ///< What every view along the motion must keep.
+  PoseUncertainty uncertainty;  ///< How far off its place the camera may stand; none by default.
 };
 
 /// Limits, in the order of PlanMargins.
@@ -142,9 +143,9 @@ class PlacementModel {
 
   /// One sample of the motion by itself: its scene weighs 1.
   struct SampleView {
-    BatchScene scene;
-    std::unique_ptr<BatchScene> points;  ///< Null: those of the scene.
-    std::unique_ptr<BatchObstacles> obstacles;
+    BatchScene scene;                           ///< Points that are measured, at that sample alone.
+    std::unique_ptr<BatchScene> points;         ///< Null: those of the scene.
+    std::unique_ptr<BatchObstacles> obstacles;  ///< Null: nothing can hide a marker.
   };
   /// Made when first asked for.
   [[nodiscard]] const std::vector<SampleView>& sample_views() const;

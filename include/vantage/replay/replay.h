@@ -40,13 +40,13 @@ struct ChannelComparison {
 
 /// Outcome for one start of a servo.
 struct ReplayReport {
-  std::string program;
-  std::string scenario_name;
-  bool active_camera{true};
-  std::int64_t periods{0};
-  std::int64_t camera_steps{0};
-  double duration{0.0};  ///< Of what was replayed, on the log's clock [s].
-  std::vector<ChannelComparison> channels;
+  std::string program;                      ///< Name and version of what was recorded.
+  std::string scenario_name;                ///< Of the scenario in the record.
+  bool active_camera{true};                 ///< False: started with the camera held fixed.
+  std::int64_t periods{0};                  ///< Control periods replayed.
+  std::int64_t camera_steps{0};             ///< Steps of the active camera replayed.
+  double duration{0.0};                     ///< Of what was replayed, on the log's clock [s].
+  std::vector<ChannelComparison> channels;  ///< One for each channel that is compared.
   /// The earliest one.
   std::optional<ReplayDifference> first_difference;
   /// Why the replay could not go to the end of the log; empty when it did.

@@ -28,20 +28,21 @@ enum class JointKind { kRevolute, kPrismatic };
 
 /// One row of a Denavit-Hartenberg table. Revolute: theta = q + offset; prismatic: d = q + offset.
 struct DhRow {
-  JointKind kind{JointKind::kRevolute};
-  double theta{0.0};   ///< [rad]; of prismatic joints.
-  double d{0.0};       ///< [m]; of revolute joints.
-  double a{0.0};       ///< [m].
-  double alpha{0.0};   ///< [rad].
-  double offset{0.0};  ///< [rad] or [m].
+  JointKind kind{JointKind::kRevolute};  ///< Which of theta and d the joint moves.
+  double theta{0.0};                     ///< [rad]; of prismatic joints.
+  double d{0.0};                         ///< [m]; of revolute joints.
+  double a{0.0};                         ///< [m].
+  double alpha{0.0};                     ///< [rad].
+  double offset{0.0};                    ///< [rad] or [m].
 };
 
 /// One joint and the link it moves, in general form: X_(i-1)i = X_before M(q) X_after, with M a
 /// turn about z (revolute) or a shift along z (prismatic). Any serial arm can be written so.
 struct JointTransform {
-  JointKind kind{JointKind::kRevolute};
+  JointKind kind{JointKind::kRevolute};  ///< What M(q) is: a turn [rad] or a shift [m].
+  /// From the link before to the joint.
   Eigen::Isometry3d X_before{Eigen::Isometry3d::Identity()};
-  Eigen::Isometry3d X_after{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d X_after{Eigen::Isometry3d::Identity()};  ///< From the moved joint to its link.
 };
 
 /// Bounds of one joint.

@@ -48,7 +48,7 @@ using Shape = std::variant<BoxShape, CylinderShape, SphereShape, CapsuleShape, M
 struct ArmVisual {
   int link{-1};  ///< Link it moves with, as in Capsule; -1: base.
   Eigen::Isometry3d X_LV{Eigen::Isometry3d::Identity()};  ///< The shape in the link's frame.
-  Shape shape;
+  Shape shape;  ///< What it looks like, about its own origin.
   /// Red, green, blue; 0 to 1. None: the mesh's own colours, or whatever the drawer likes.
   std::optional<Eigen::Vector3f> colour;
 };

@@ -15,7 +15,7 @@ struct JointState {
 /// Command to an arm that takes velocities; `q` is the integral of what was commanded, for arms that
 /// take positions.
 struct JointCommand {
-  Time stamp{};
+  Time stamp{};      ///< When the command was computed.
   JointVector qdot;  ///< Velocities [rad/s or m/s].
   JointVector q;     ///< Positions [rad or m].
 };

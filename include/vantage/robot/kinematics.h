@@ -13,7 +13,7 @@ namespace vantage {
 
 /// Pose and Jacobian of the end effector at one configuration.
 struct Kinematics {
-  Eigen::Isometry3d X_WE{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d X_WE{Eigen::Isometry3d::Identity()};  ///< Pose of the end effector.
   /// 6×n: V_WE_W = J_WE_W q̇, the velocity of E's origin [m/s] and E's angular velocity [rad/s], both
   /// in world axes. This is the paper's J_r (eq. 18).
   ArmJacobian J_WE_W{ArmJacobian::Zero(6, 1)};
@@ -33,9 +33,10 @@ using LinkPoses = std::array<Eigen::Isometry3d, kMaxJoints>;
 
 /// One capsule of the arm, placed in the world.
 struct PlacedCapsule {
-  Eigen::Vector3d p_WA, p_WB;  ///< Ends of the axis [m].
-  double radius;               ///< [m].
-  int link;                    ///< As in Capsule.
+  Eigen::Vector3d p_WA;  ///< One end of the axis [m].
+  Eigen::Vector3d p_WB;  ///< The other end [m].
+  double radius;         ///< [m].
+  int link;              ///< As in Capsule.
 };
 
 /// The arm's capsules at q, written to *out (its capacity is kept). Real-time safe once *out has the

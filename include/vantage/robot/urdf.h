@@ -22,7 +22,7 @@ struct UrdfOptions {
 
 /// An arm from a URDF file.
 struct UrdfArm {
-  ArmModel arm;
+  ArmModel arm;           ///< The joints from base_link to tip_link.
   std::string base_link;  ///< Its frame is the world frame W of the arm.
   std::string tip_link;   ///< Its frame is the end effector frame E.
   /// What is missing and was replaced: each a sentence that names file and element.

@@ -24,9 +24,11 @@ class DurationHistogram {
 
   /// One bucket: `count` durations in [lower, upper).
   struct Bucket {
-    Duration lower, upper;
-    std::int64_t count;
+    Duration lower;      ///< Least duration it counts.
+    Duration upper;      ///< First duration that it does not count.
+    std::int64_t count;  ///< Durations in it so far.
   };
+  /// 32 of 1 ns each, then 16 for each of 29 doublings.
   static constexpr int kBuckets = 32 + 16 * 29;
   /// Count and bounds of one bucket.
   [[nodiscard]] Bucket bucket(int index) const noexcept;

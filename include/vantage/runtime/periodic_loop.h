@@ -19,11 +19,11 @@ struct LoopReport {
   std::int64_t cycles{0};  ///< Periods that ran.
   /// Periods that began late, or were left out, because the one before ended after their deadline.
   std::int64_t deadline_misses{0};
-  Duration worst_cycle{0};     ///< Longest execution of the body.
-  Duration worst_lateness{0};  ///< Largest delay between a deadline and the begin of its period.
-  Duration last_cycle{0};      ///< Execution of the last body.
-  DurationHistogram execution;
-  DurationHistogram lateness;
+  Duration worst_cycle{0};      ///< Longest execution of the body.
+  Duration worst_lateness{0};   ///< Largest delay between a deadline and the begin of its period.
+  Duration last_cycle{0};       ///< Execution of the last body.
+  DurationHistogram execution;  ///< Of the body, all periods.
+  DurationHistogram lateness;   ///< Begin of each period after its deadline.
 };
 
 /// What the body of a loop can know of its period.

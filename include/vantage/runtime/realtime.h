@@ -16,9 +16,10 @@ struct RealtimeOptions {
 
 /// What the system granted.
 struct RealtimeReport {
-  bool fifo{false};
-  bool pinned{false};
-  bool locked{false};
+  bool fifo{false};    ///< Runs under SCHED_FIFO. False also where that was not asked for.
+  bool pinned{false};  ///< Runs on the cores asked for and no others. False also where none were.
+  bool locked{false};  ///< All pages of the process stay in memory. False also where not asked for.
+
   /// One line for each thing that was refused, with what to grant; empty when all was granted.
   std::string message;
 

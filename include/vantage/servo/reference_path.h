@@ -18,7 +18,7 @@ namespace vantage {
 
 /// Settings of the reference path.
 struct ReferencePathOptions {
-  bool enabled{true};
+  bool enabled{true};  ///< False: the reference is always the goal itself.
   /// The reference runs ahead of the arm by at most this step of any joint [rad or m]; > 0. Within it the
   /// reference is the goal itself.
   double reach{0.25};

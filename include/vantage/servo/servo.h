@@ -44,19 +44,21 @@ struct ServoGoal {
 
 /// What the servo works on.
 struct ServoTask {
-  ViewModel view;
-  ServoGoal goal;
+  ViewModel view;  ///< Arm, camera, features and the end effector's markers.
+  ServoGoal goal;  ///< Where those markers have to go.
 };
 
 /// Result of one control period.
 struct ServoOutput {
   JointCommand command;  ///< Safe to send whatever the status says.
   ServoStatus status;    ///< Loop times and message counters are the caller's to fill in.
+  /// CompleteReport() fills in the rest before it is published.
   ObservabilityReport observability;
   FeatureVector error;  ///< Image error e, row by row [px, rad, px²].
-  /// Jacobians that the observability was measured on; without rows or columns before the first time.
+  /// k×6: image Jacobian by the twist of E in world axes [px per m or rad]. The observability was
+  /// measured on it and the next; without rows or columns before the first time.
   FeatureJacobian J_v{0, 6};
-  ArmJacobian J_r{6, 0};
+  ArmJacobian J_r{6, 0};  ///< 6×n: that twist by the joints.
 };
 
 /// What the active camera needs of one period: everything in it is measured or estimated.
@@ -65,7 +67,7 @@ struct ServoSnapshot {
   ActiveInputs active;  ///< q_goal and goal_markers are the camera task's to fill in.
   std::array<Eigen::Vector3d, kMaxPoints> p_WG{};      ///< Estimated goal points [m].
   std::array<Eigen::Vector3d, kMaxPoints> p_marker{};  ///< Estimated markers of the goal [m].
-  int goal_count{0};
+  int goal_count{0};  ///< Entries of both arrays in use: one for each marker of the view.
 };
 
 /// The servo. Set-up may throw; Accept() and Step() are real-time safe but for ViSP's interaction

@@ -29,14 +29,15 @@ struct ConvergenceOptions {
 /// Options of one servo.
 struct ServoOptions {
   double period{0.002};  ///< Control period [s]; in [0.0005, 0.1].
+  /// Where interaction matrices come from.
   InteractionSource interaction{InteractionSource::kVisp};
-  ServoLawOptions law;
-  ReferencePathOptions path;
+  ServoLawOptions law;        ///< Gains and damping of the control law.
+  ReferencePathOptions path;  ///< The way to the goal that the law follows.
   /// Whether the model carries the image from its exposure to now. False, for comparison: the newest image
   /// is taken for the present, as it is where no one minds the delay.
   bool latency_compensation{true};
-  StalenessLimits staleness;
-  ConvergenceOptions convergence;
+  StalenessLimits staleness;       ///< How old the inputs may get.
+  ConvergenceOptions convergence;  ///< When the goal counts as reached.
   /// Joints are kept this far inside their limits: room for encoder noise and for the lag of their
   /// drives [rad or m]; >= 0, at most a tenth of a joint's range is taken.
   double limit_margin{0.01};

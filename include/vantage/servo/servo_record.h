@@ -19,14 +19,16 @@ namespace vantage {
 
 /// What one control period takes from its mailboxes.
 struct PeriodInputs {
-  Time now{};
-  bool enabled{true};  ///< False: the operator has told the servo to stop.
-  /// Which of the inputs are new; the others have no meaning.
-  bool has_joints{false}, has_pose{false}, has_features{false}, has_active{false};
-  JointState joints;
-  CameraPose pose;
-  ImageFeatures features;
-  ActiveOutput active;
+  Time now{};                ///< The servo's clock when the period began.
+  bool enabled{true};        ///< False: the operator has told the servo to stop.
+  bool has_joints{false};    ///< `joints` is new; inputs that are not new have no meaning.
+  bool has_pose{false};      ///< `pose` is new.
+  bool has_features{false};  ///< `features` is new.
+  bool has_active{false};    ///< `active` is new.
+  JointState joints;         ///< Newest measured joints.
+  CameraPose pose;           ///< Newest measured camera pose.
+  ImageFeatures features;    ///< Of the newest image.
+  ActiveOutput active;       ///< Of the newest step of the active camera.
 };
 
 /// One control period: hands the inputs to the servo and steps it. The one way a servo is run, on the
@@ -55,8 +57,8 @@ struct ServoRecord {
   Time stamp{};          ///< When it was sent.
   Time start{};          ///< When the servo was started, in whole microseconds.
   std::int64_t lost{0};  ///< Periods and steps that could not be recorded, since the start.
-  std::vector<PeriodRecord> periods;
-  std::vector<CameraStepRecord> camera_steps;
+  std::vector<PeriodRecord> periods;           ///< Those since the piece before, in order.
+  std::vector<CameraStepRecord> camera_steps;  ///< The same of the active camera.
 };
 
 /// What a servo was started with.

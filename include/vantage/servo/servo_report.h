@@ -68,25 +68,30 @@ inline constexpr int kNumInputFaults = static_cast<int>(InputFault::kFuture) + 1
 
 /// Live observability: content of the OBSERVABILITY channel.
 struct ObservabilityReport {
-  Time stamp{};
-  std::int64_t seq{0};   ///< Control periods since the start.
-  int k{0}, m{6}, n{0};  ///< Feature rows, task dimension, joints.
-  double w_v{0.0}, w_r{0.0}, w_c{0.0};
-  Measure composite;  ///< Singular values of J_c and what follows from them.
-  /// Smallest singular values of J_v and J_r: people alone read them, so the control period leaves them
-  /// to CompleteReport().
-  double sigma_min_v{0.0}, sigma_min_r{0.0};
+  Time stamp{};         ///< When it was measured: `now` of the period.
+  std::int64_t seq{0};  ///< Control periods since the start.
+  int k{0};             ///< Feature rows in use.
+  int m{6};             ///< Dimension of the task.
+  int n{0};             ///< Joints of the arm.
+  double w_v{0.0};      ///< Observability, of J_v [px per m or rad, to the power min(k, m)].
+  double w_r{0.0};      ///< Manipulability, of J_r [m or rad per rad, to the power min(m, n)].
+  double w_c{0.0};      ///< Composite, of J_c [px^s/rad^s].
+  Measure composite;    ///< Singular values of J_c and what follows from them.
+  /// Smallest singular value of J_v that counts [px per m or rad]. People alone read it and the next:
+  /// the control period leaves them to CompleteReport().
+  double sigma_min_v{0.0};
+  double sigma_min_r{0.0};  ///< The same of J_r [m or rad per rad].
   /// Axes of the observability ellipsoid of J_c: column i is σ_i u_i in feature space [px/rad], k rows.
   TaskJacobian axes;
   double mm_per_px{0.0};  ///< Worst motion of a marker that one pixel of error may hide [mm/px].
   double threshold{0.0};  ///< Of the trigger, in the measure's unit.
-  double trigger_value{0.0};
-  TriggerMeasure trigger_measure{TriggerMeasure::kGeometricMean};
-  bool triggered{false};
-  LowCause cause{LowCause::kNone};
-  ActiveState active_state{ActiveState::kWatching};
-  ActiveReason active_reason{ActiveReason::kNone};
-  std::int64_t camera_moves{0};
+  double trigger_value{0.0};  ///< The trigger's measure now, in its unit.
+  TriggerMeasure trigger_measure{TriggerMeasure::kGeometricMean};  ///< Which one that is.
+  bool triggered{false};                             ///< Below the threshold, hysteresis included.
+  LowCause cause{LowCause::kNone};                   ///< Why w_c is low, when it is.
+  ActiveState active_state{ActiveState::kWatching};  ///< Of the active camera's newest step.
+  ActiveReason active_reason{ActiveReason::kNone};   ///< Why the camera was last asked to move.
+  std::int64_t camera_moves{0};                      ///< Moves begun since the start.
 };
 
 /// Fills in what the control period has left out. For whoever publishes the report.
@@ -95,19 +100,22 @@ void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
 
 /// Content of the SERVO_STATUS channel.
 struct ServoStatus {
-  Time stamp{};
-  std::int64_t seq{0};
-  ServoState state{ServoState::kIdle};
-  HoldReason reason{HoldReason::kNone};
-  double error_px{0.0};  ///< Root mean square error of the feature rows [px].
-  int markers_seen{0}, markers_needed{0};
-  double loop_time_us{0.0};      ///< Execution time of the last period [us].
-  double loop_time_max_us{0.0};  ///< Largest since the start [us].
-  /// Half, 99 % and 99.9 % of the periods since the start took no longer [us].
-  double loop_time_p50_us{0.0}, loop_time_p99_us{0.0}, loop_time_p999_us{0.0};
-  /// 99.9 % of the periods began no later than this after their deadline, and the latest [us].
-  double lateness_p999_us{0.0}, lateness_max_us{0.0};
-  std::int64_t deadline_misses{0};
+  Time stamp{};                          ///< When this was true: `now` of the period.
+  std::int64_t seq{0};                   ///< Control periods since the start.
+  ServoState state{ServoState::kIdle};   ///< What it is doing.
+  HoldReason reason{HoldReason::kNone};  ///< Why it holds, or why it stopped.
+  double error_px{0.0};                  ///< Root mean square error of the feature rows [px].
+  int markers_seen{0};                   ///< Of those needed, in the last image.
+  int markers_needed{0};          ///< End effector's markers that the features are computed from.
+  double loop_time_us{0.0};       ///< Execution time of the last period [us].
+  double loop_time_max_us{0.0};   ///< Largest since the start [us].
+  double loop_time_p50_us{0.0};   ///< Half of the periods since the start took no longer [us].
+  double loop_time_p99_us{0.0};   ///< 99 % of them took no longer [us].
+  double loop_time_p999_us{0.0};  ///< 99.9 % of them took no longer [us].
+  /// 99.9 % of them began no later than this after their deadline [us].
+  double lateness_p999_us{0.0};
+  double lateness_max_us{0.0};       ///< Largest delay of a begin after its deadline [us].
+  std::int64_t deadline_misses{0};   ///< As LoopReport's, since the start.
   std::int64_t refused_messages{0};  ///< Messages from outside that failed a check.
   std::array<std::int64_t, kNumInputFaults> refused_by{};  ///< The same by InputFault.
   std::int64_t dropped_messages{0};  ///< Messages overwritten by newer ones before they were used.

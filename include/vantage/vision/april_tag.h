@@ -24,7 +24,7 @@ namespace vantage {
 
 /// A tag glued on something.
 struct Tag {
-  int id{0};
+  int id{0};  ///< As printed; 0 to kMaxTagId.
   Eigen::Isometry3d X_FT{
       Eigen::Isometry3d::Identity()};  ///< Tag frame T in the frame it is fixed to.
   double size{0.06};                   ///< Edge of the black square [m]; > 0.
@@ -38,7 +38,7 @@ inline constexpr int kMaxTagId = 586;
 
 /// A tag found in an image.
 struct TagImage {
-  int id{0};
+  int id{0};                               ///< As decoded; 0 to kMaxTagId.
   std::array<Eigen::Vector2d, 4> corners;  ///< In the order of TagCorners() [px].
 };
 

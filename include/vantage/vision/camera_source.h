@@ -46,8 +46,9 @@ class CameraSource {
 
 /// What is asked of a camera.
 struct VideoOptions {
-  int width{0}, height{0};  ///< Size asked of a device [px]; 0: as it likes.
-  double rate{0.0};         ///< Rate asked of a device [1/s]; 0: as it likes.
+  int width{0};      ///< Columns asked of a device [px]; 0: as it likes.
+  int height{0};     ///< Rows asked of a device [px]; 0: as it likes.
+  double rate{0.0};  ///< Rate asked of a device [1/s]; 0: as it likes.
   /// Exposures lie this much before an image arrives, for the delay that the device adds [s]; >= 0.
   double delay{0.0};
 };

@@ -40,9 +40,9 @@ struct DiscOptions {
   /// hundredth of its area at one side has a skewness of about 0.02. The values leave room for grey
   /// noise up to 6 levels in 200 and blur up to 1.5 px.
   double ellipse_tolerance{0.004};
-  double ellipse_slack{1.8};  ///< [px²].
-  double skewness_tolerance{0.01};
-  double skewness_slack{2.5};  ///< [px²].
+  double ellipse_slack{1.8};        ///< [px²].
+  double skewness_tolerance{0.01};  ///< Bound for large discs [-].
+  double skewness_slack{2.5};       ///< [px²].
   double ring_tolerance{0.3};  ///< Deviation of the ring's samples from their median, in contrasts.
 };
 

@@ -49,7 +49,8 @@ struct DiscImage {
 
 /// Two unit vectors that make a right-handed frame (e1, e2, normal). Real-time safe.
 struct PlaneAxes {
-  Eigen::Vector3d e1, e2;
+  Eigen::Vector3d e1;  ///< At right angles to the normal.
+  Eigen::Vector3d e2;  ///< normal × e1.
 };
 /// Two unit vectors that span the plane with this normal.
 [[nodiscard]] PlaneAxes AxesOfPlane(const Eigen::Vector3d& normal) noexcept;

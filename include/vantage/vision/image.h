@@ -16,9 +16,10 @@ namespace vantage {
 
 /// A grey image that someone else owns.
 struct GreyView {
-  const std::uint8_t* data{nullptr};
-  int width{0}, height{0};  ///< [px].
-  int stride{0};            ///< Bytes from one row to the next; >= width.
+  const std::uint8_t* data{nullptr};  ///< Upper left pixel; 0 is black.
+  int width{0};                       ///< Columns [px].
+  int height{0};                      ///< Rows [px].
+  int stride{0};                      ///< Bytes from one row to the next; >= width.
 
   /// First pixel of a row.
   [[nodiscard]] const std::uint8_t* row(int v) const noexcept {
@@ -32,8 +33,9 @@ struct GreyView {
 /// An image of `Channels` interleaved values of type T per pixel, rows packed.
 template <typename T, int Channels>
 struct Image {
-  int width{0}, height{0};  ///< [px].
-  std::vector<T> pixels;    ///< width * height * Channels values.
+  int width{0};           ///< Columns [px].
+  int height{0};          ///< Rows [px].
+  std::vector<T> pixels;  ///< width * height * Channels values.
 
   /// Changes the size; keeps the memory when it suffices. The content is unspecified afterwards.
   void Resize(int new_width, int new_height) {
@@ -64,8 +66,10 @@ using IdImage = Image<std::uint16_t, 1>;     ///< What each pixel shows.
 
 /// A rectangle of pixels: columns [u, u + width), rows [v, v + height).
 struct PixelWindow {
-  int u{0}, v{0};
-  int width{0}, height{0};
+  int u{0};       ///< First column [px]; may lie outside the image.
+  int v{0};       ///< First row [px]; the same.
+  int width{0};   ///< Columns [px]; <= 0: empty.
+  int height{0};  ///< Rows [px]; <= 0: empty.
 
   [[nodiscard]] bool empty() const noexcept { return width <= 0 || height <= 0; }
   [[nodiscard]] std::int64_t area() const noexcept {

@@ -22,9 +22,9 @@ namespace vantage {
 /// Where the model expects a marker. Markers of one `group` (those on the arm; those of the goal) share
 /// whatever error the model has, so they are found together.
 struct MarkerPrediction {
-  int id{0};
-  int group{0};
-  bool dark{true};
+  int id{0};             ///< Marker::id.
+  int group{0};          ///< MarkerGroup, or the caller's own numbers.
+  bool dark{true};       ///< Dark disc on a bright ring, or the reverse.
   bool expected{false};  ///< False: by the model the camera cannot see it now.
   /// The disc is not farther from here than this, and not than DetectorOptions::search_margin [px].
   double uncertainty{std::numeric_limits<double>::infinity()};
@@ -52,7 +52,7 @@ void PredictMarkers(const CameraModel& camera, const Eigen::Isometry3d& X_CW,
 
 /// Settings of a detection.
 struct DetectorOptions {
-  DiscOptions disc;
+  DiscOptions disc;             ///< What counts as a whole disc.
   double search_margin{12.0};   ///< A disc may be this far from its prediction [px].
   double area_tolerance{0.05};  ///< Relative deviation from the predicted area...
   double area_slack{3.0};       ///< ... plus this, divided by the area [px²].
@@ -61,7 +61,7 @@ struct DetectorOptions {
 
 /// What became of one prediction.
 struct MarkerDetection {
-  int id{0};
+  int id{0};                                          ///< Of the prediction.
   MarkerFault fault{MarkerFault::kNotFound};          ///< kNone: found, and trusted.
   Eigen::Vector2d centroid{Eigen::Vector2d::Zero()};  ///< Of the disc's image, as measured [px].
   Eigen::Vector2d pixel{Eigen::Vector2d::Zero()};     ///< To be published: see PublishedPixel().

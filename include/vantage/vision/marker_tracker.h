@@ -19,9 +19,9 @@ enum class DetectorKind {
 
 /// Settings of a tracker.
 struct TrackerOptions {
-  DetectorKind kind{DetectorKind::kDisc};
-  DetectorOptions detector;
-  AcquisitionOptions acquisition;
+  DetectorKind kind{DetectorKind::kDisc};  ///< What measures the markers.
+  DetectorOptions detector;                ///< For markers sought round their prediction.
+  AcquisitionOptions acquisition;          ///< For searches of the whole image.
   double retry_interval{0.1};  ///< Least time between two searches of the whole image [s].
   /// A marker followed over two images is sought this near to its prediction [px]: small windows are what
   /// makes partial images cheap.
@@ -44,7 +44,7 @@ class MarkerTracker {
 
   /// What the next Track() will read.
   struct SearchPlan {
-    bool whole_image{true};
+    bool whole_image{true};            ///< Markers are lost: windows are not enough.
     std::vector<PixelWindow> windows;  ///< Where whole_image is false.
   };
   /// Where in the next image to look.
