@@ -43,18 +43,9 @@ class SampleJudge {
     const PlacementProblem& problem = model_.problem();
     const PlacementModel::SampleView& view = model_.sample_views()[sample];
     const auto count = static_cast<int>(q_c.size());
-    cameras_.Resize(count);
-    places_.resize(q_c.size());
-    for (int i = 0; i < count; ++i) {
-      const Isometry3d X_WC = RigPose(problem.rig, q_c[i]);
-      places_[i] = X_WC.translation();
-      cameras_.Set(i, X_WC);
-    }
+    Frustum(sample, q_c);
     evaluator_.Score(view.scene, cameras_, 0, count, problem.lens, problem.objective.measure,
                      BatchPrecision::kDouble, false, &scores_);
-    evaluator_.CheckFrustum(view.points ? *view.points : view.scene, cameras_, 0, count,
-                            problem.lens, model_.depth(), BatchPrecision::kDouble, &margins_,
-                            model_.rim_margin());
     if (view.obstacles) {
       evaluator_.CheckObstacles(*view.obstacles, cameras_, 0, count, BatchPrecision::kDouble,
                                 &margins_);
@@ -81,6 +72,18 @@ class SampleJudge {
     return worth_;
   }
 
+  /// Moves cameras of one sample along the distance axis to the nearest place that keeps the frustum, in closed form
+  /// as PlaceCamera() does. @pre space.step_axis() >= 0.
+  void PullNear(int sample, const SearchSpace& space, std::vector<RigVector>* q_c) {
+    const int axis = space.step_axis();
+    for (RigVector& q : *q_c) q(axis) = space.rig().axes[axis].lower;
+    Frustum(sample, *q_c);
+    for (std::size_t i = 0; i < q_c->size(); ++i) {
+      const double back = -std::min(margins_.near[i], margins_.image[i]);
+      if (back > 0.0) (*q_c)[i] = space.StepBack((*q_c)[i], back + 1e-12 * model_.unit());
+    }
+  }
+
   /// A broken limit outweighs anything that was seen so far.
   [[nodiscard]] double Penalty() const noexcept {
     return 1e3 * model_.problem().motion.size() * (largest_ > 0.0 ? largest_ : 1.0);
@@ -88,6 +91,23 @@ class SampleJudge {
   [[nodiscard]] std::int64_t evaluations() const noexcept { return evaluations_; }
 
  private:
+  // Sets the cameras and their margins near, far and image.
+  void Frustum(int sample, const std::vector<RigVector>& q_c) {
+    const PlacementProblem& problem = model_.problem();
+    const PlacementModel::SampleView& view = model_.sample_views()[sample];
+    const auto count = static_cast<int>(q_c.size());
+    cameras_.Resize(count);
+    places_.resize(q_c.size());
+    for (int i = 0; i < count; ++i) {
+      const Isometry3d X_WC = RigPose(problem.rig, q_c[i]);
+      places_[i] = X_WC.translation();
+      cameras_.Set(i, X_WC);
+    }
+    evaluator_.CheckFrustum(view.points ? *view.points : view.scene, cameras_, 0, count,
+                            problem.lens, model_.depth(), BatchPrecision::kDouble, &margins_,
+                            model_.rim_margin());
+  }
+
   const PlacementModel& model_;
   BatchEvaluator evaluator_;
   BatchCameras cameras_;
@@ -142,6 +162,31 @@ CameraPath Judge(const PlacementModel& model, std::vector<RigVector> q_c, Sample
   return path;
 }
 
+// The path as near as the frustum lets each sample be and the distance axis' speed allows: of all distances that
+// are no nearer and keep the speed the least at each sample. Other axes stay.
+void PullNear(const PlacementModel& model, const SearchSpace& space, SampleJudge* judge,
+              std::vector<RigVector>* path) {
+  constexpr double kReserve = 0.99;  // of the speed
+  const int axis = space.step_axis();
+  if (axis < 0) return;
+  const ArmMotion& motion = model.problem().motion;
+  const double speed = kReserve * space.rig().axes[axis].max_speed;
+  const int N = motion.size();
+  for (int i = 0; i < N; ++i) {
+    std::vector<RigVector> one{(*path)[i]};
+    judge->PullNear(i, space, &one);
+    (*path)[i] = one[0];
+  }
+  for (int i = 1; i < N; ++i) {
+    const double by = speed * (motion.time[i] - motion.time[i - 1]);
+    (*path)[i](axis) = std::max((*path)[i](axis), (*path)[i - 1](axis) - by);
+  }
+  for (int i = N - 2; i >= 0; --i) {
+    const double by = speed * (motion.time[i + 1] - motion.time[i]);
+    (*path)[i](axis) = std::max((*path)[i](axis), (*path)[i + 1](axis) - by);
+  }
+}
+
 // Stages of the coarse lattice: as many as let a camera get from one state to some neighbours in time.
 int StagesFor(const SearchSpace& space, const ArmMotion& motion, int states) {
   const double cell = std::pow(static_cast<double>(states), -1.0 / space.size());
@@ -169,8 +214,18 @@ std::vector<RigVector> CoarsePath(const PlacementModel& model, const SearchSpace
   const auto stage_of = [&](int sample) {
     return static_cast<int>(std::lround(motion.time[sample] / motion.time.back() * (stages - 1)));
   };
+  // Where one axis is the distance each state stands for a direction, from as near as can be.
+  const bool near = space.step_axis() >= 0;
   std::vector<std::vector<SampleJudge::Worth>> worth;
-  for (int i = 0; i < motion.size(); ++i) worth.push_back(judge->At(i, states));
+  for (int i = 0; i < motion.size(); ++i) {
+    std::vector<RigVector> here = states;
+    if (near) judge->PullNear(i, space, &here);
+    worth.push_back(judge->At(i, here));
+    if (i == motion.size() / 2) states = here;
+  }
+  for (std::size_t s = 0; s < states.size(); ++s) {
+    places[s] = RigPose(space.rig(), states[s]).translation();
+  }
   MatrixXd value = MatrixXd::Zero(stages, S);
   for (int i = 0; i < motion.size(); ++i) {
     for (Eigen::Index s = 0; s < S; ++s) {
@@ -195,6 +250,7 @@ std::vector<RigVector> CoarsePath(const PlacementModel& model, const SearchSpace
     const RigVector& from = states[best[stage]];
     path.push_back(from + (at - stage) * (states[best[stage + 1]] - from));
   }
+  if (near) PullNear(model, space, judge, &path);
   return path;
 }
 
@@ -371,6 +427,7 @@ CameraPathResult PlanCameraPath(const PlacementModel& model, const PlacedCamera&
   // From the lattice's best, and from the best fixed camera: a tube may lead either to the better end.
   constexpr double kWideTube = 0.05;
   std::vector<std::vector<RigVector>> starts{result.fixed.q_c};
+  PullNear(model, space, &judge, &starts[0]);
   starts.push_back(CoarsePath(model, space, best_fixed.q_c, search, &judge));
   tell(0.3);
   const double penalty = judge.Penalty();
