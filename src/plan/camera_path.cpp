@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "search_space.h"
 #include "vantage/math/error.h"
@@ -71,6 +72,9 @@ class SampleJudge {
     }
     return worth_;
   }
+
+  /// Where the cameras of the last call are.
+  [[nodiscard]] const std::vector<Eigen::Vector3d>& places() const noexcept { return places_; }
 
   /// Moves cameras of one sample along the distance axis to the nearest place that keeps the frustum, in closed form
   /// as PlaceCamera() does. @pre space.step_axis() >= 0.
@@ -277,6 +281,7 @@ void RefineRound(const PlacementModel& model, const SearchSpace& space, int firs
   std::vector<std::vector<Eigen::Vector3d>> places(count);
   MatrixXd best = MatrixXd::Constant(count, neighbours, -kInfinity);
   std::vector<std::vector<int>> from(count, std::vector<int>(neighbours, -1));
+  std::vector<int> order(neighbours);  // states of the sample before, best first
   for (int i = 0; i < count; ++i) {
     const RigVector& own = (*path)[first + i];
     // State 0 is the path itself.
@@ -293,9 +298,9 @@ void RefineRound(const PlacementModel& model, const SearchSpace& space, int firs
         }
       }
       states[i].push_back(q_c);
-      places[i].push_back(RigPose(rig, q_c).translation());
     }
     const std::vector<SampleJudge::Worth>& worth = judge->At(first + i, states[i]);
+    places[i] = judge->places();
     for (int n = 0; n < neighbours; ++n) {
       const double reward = Reward(worth[n], penalty);
       if (i == 0) {
@@ -308,15 +313,20 @@ void RefineRound(const PlacementModel& model, const SearchSpace& space, int firs
         continue;
       }
       const double dt = motion.time[first + i] - motion.time[first + i - 1];
-      for (int p = 0; p < neighbours; ++p) {
-        if (!(best(i - 1, p) + reward > best(i, n))) continue;
+      // Best first: the first that the speeds allow is the one.
+      for (const int p : order) {
+        if (!(best(i - 1, p) > -kInfinity)) break;
         if (!MayFollow(rig, states[i - 1][p], places[i - 1][p], states[i][n], places[i][n], dt)) {
           continue;
         }
         best(i, n) = best(i - 1, p) + reward;
         from[i][n] = p;
+        break;
       }
     }
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return best(i, a) > best(i, b); });
   }
   const int after = first + count;
   int last = -1;
