@@ -23,7 +23,7 @@ struct CameraPath {
 /// Settings of the search for a path.
 struct CameraPathSearch {
   int states{600};  ///< Camera coordinates of the coarse lattice; >= 2.
-  int rounds{24};    ///< Refinements in a tube about the path.
+  int rounds{24};   ///< Refinements in a tube about the path.
 };
 
 /// A camera path with what it cost to find.
