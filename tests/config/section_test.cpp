@@ -275,6 +275,13 @@ TEST_P(ParseConfigRefuses, WithOneLine) {
   EXPECT_EQ(test::ConfigErrorOf([] { (void)Parse(GetParam().text); }), GetParam().message);
 }
 
+// Newer versions of the library name the anchor too.
+TEST(ParseConfig, RefusesAnUnknownAlias) {
+  const std::string error = test::ConfigErrorOf([] { (void)Parse("a: *b"); });
+  EXPECT_EQ(error.rfind("file.yaml:1: not valid YAML: the referenced anchor is not defined", 0), 0u)
+      << error;
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Texts, ParseConfigRefuses,
     ::testing::Values(
@@ -290,8 +297,6 @@ INSTANTIATE_TEST_SUITE_P(
         BadText{"Tab", "a:\n\tb: 1",
                 "file.yaml:2: not valid YAML: illegal map value (the line is indented by a "
                 "tab: use spaces)"},
-        BadText{"UnknownAlias", "a: *b",
-                "file.yaml:1: not valid YAML: the referenced anchor is not defined"},
         BadText{"KeyThatIsNoText", "? [a, b]\n: 1",
                 "file.yaml:1: keys must be text, one is a list"},
         BadText{"NulByte", std::string("a: 1\0", 5), "file.yaml: is not a text file"}),
