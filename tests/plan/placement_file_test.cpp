@@ -46,6 +46,16 @@ TEST(PlacementFile, AScenarioIsAProblem) {
   EXPECT_EQ(same.problem.limits.depth.max, setup.problem.limits.depth.max);
 }
 
+TEST(PlacementFile, AScenariosFileIsAProblemToo) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.Write("mine.yaml", FindConfigText(ConfigKind::kScenario, "puma3-bad-view").text);
+  const PlacementSetup setup = LoadPlacement(path);
+  EXPECT_EQ(setup.scenario, "mine");
+  EXPECT_EQ(setup.problem.motion.samples.front().q,
+            LoadPlacement("puma3-bad-view").problem.motion.samples.front().q);
+}
+
 TEST(PlacementFile, RefusesWithFileLineAndKey) {
   const std::string start = "scenario: puma560-bad-view\n";
   EXPECT_EQ(ConfigErrorOf([&] {
