@@ -9,8 +9,8 @@
 #include <benchmark/benchmark.h>
 
 #include "vantage/active/view_planner.h"
+#include "vantage/config/placement_file.h"
 #include "vantage/config/scenario.h"
-#include "vantage/robot/kinematics.h"
 
 namespace {
 
@@ -19,25 +19,18 @@ using namespace vantage;  // NOLINT: a program of its own
 constexpr int kStages = 16;
 
 // Plans as they come along the scenario's motion, with the camera left where it starts.
-std::vector<PlanRequest> RequestsOf(const Scenario& scenario) {
-  const ViewModel& view = scenario.task.view;
-  std::vector<Eigen::Vector3d> p_EP;
-  for (const Marker& marker : view.markers) p_EP.push_back(marker.p);
-  const PointGoalSolution goal =
-      SolveForPoints(view.arm, p_EP, scenario.p_WG_true, scenario.sim.q_start);
+std::vector<PlanRequest> RequestsOf(const std::string& name) {
+  const PlacementProblem problem = LoadPlacement(name).problem;
+  const JointVector q_start = problem.motion.samples.front().q;
   PlanRequest request;
-  request.q_goal = goal.q;
+  request.q_goal = problem.motion.samples.back().q;
   request.progress_rate = 1.0;
-  const ServoGoal& shown = scenario.task.goal;
-  for (std::size_t i = 0; i < shown.marker_ids.size(); ++i) {
-    request.goal_markers.push_back({shown.p_WG[i], shown.normals[i], shown.marker_radius});
-  }
-  request.q_c = scenario.q_c_start;
-  request.q_c_stay = scenario.q_c_start;
+  request.goal_markers = problem.scene_markers;
+  request.q_c = request.q_c_stay = problem.q_c_start;
   std::vector<PlanRequest> requests;
   for (int i = 0; i < kStages; ++i) {
     const double share = static_cast<double>(i) / kStages;
-    request.q = scenario.sim.q_start + share * (goal.q - scenario.sim.q_start);
+    request.q = q_start + share * (request.q_goal - q_start);
     requests.push_back(request);
   }
   return requests;
@@ -45,7 +38,7 @@ std::vector<PlanRequest> RequestsOf(const Scenario& scenario) {
 
 void Plan(benchmark::State& state, const std::string& name) {
   const Scenario scenario = LoadScenario(name);
-  const std::vector<PlanRequest> requests = RequestsOf(scenario);
+  const std::vector<PlanRequest> requests = RequestsOf(name);
   const ActiveOptions& options = scenario.active;
   std::vector<double> milliseconds;
   double views = 0.0;

@@ -351,9 +351,9 @@ ConfigText FindProblem(const std::string& name_or_path) {
   }
 }
 
-// A problem without what only a whole file has: sweep and description.
+// One problem: a file without a sweep, or a case of one.
 PlacementSetup LoadOne(const Section& root, const std::string& name, const std::string& source) {
-  static_cast<void>(root.Text("description", std::string("-"), "One line."));
+  const std::string description = root.Text("description", std::string("-"), "One line.");
   const bool of_scenario = root.FormOf("scenario") != Section::Form::kAbsent;
   const std::string scenario =
       of_scenario ? root.Text("scenario", kRequired,
@@ -369,6 +369,7 @@ PlacementSetup LoadOne(const Section& root, const std::string& name, const std::
                      name)
           : Assemble(root, OwnCell(root), name);
   root.RejectUnknownKeys();
+  setup.description = description;
   setup.scenario = scenario;
   try {
     static_cast<void>(PlacementModel(setup.problem));  // What no key can say alone.
@@ -441,12 +442,10 @@ PlacementSetup LoadPlacement(const std::string& name_or_path, SchemaRecorder* re
 PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,
                              SchemaRecorder* recorder) {
   const Section root = ParseConfig(text, recorder);
-  const std::string description = root.Text("description", std::string("-"), "One line.");
   PlacementSetup setup = root.FormOf("sweep") == Section::Form::kAbsent
                              ? LoadOne(root, name, text.source)
                              : LoadSweep(root, name, text.source);
   setup.fingerprint = FingerprintOf(text.text);
-  setup.description = description;
   return setup;
 }
 

@@ -8,12 +8,11 @@
 #include <cmath>
 #include <cstdio>
 
-#include <CLI/CLI.hpp>
-
 #include "faults.h"
 #include "memory.h"
 #include "sim/lockstep.h"
 #include "sim/suite/suite.h"
+#include "soak_main.h"
 
 namespace vantage::soak {
 namespace {
@@ -134,14 +133,8 @@ int Run(double minutes, std::uint64_t seed) {
 }  // namespace vantage::soak
 
 int main(int argc, char** argv) {
-  double minutes = 60.0;
-  std::uint64_t seed = 1;
-  CLI::App app("Hours of servo on simulated time, with goals and faults at random",
-               "soak_lockstep");
-  app.add_option("--minutes", minutes, "Simulated time")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 1e6));
-  app.add_option("--seed", seed, "Of tasks and faults")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  return vantage::soak::Run(minutes, seed);
+  return vantage::soak::SoakMain(
+      argc, argv, "soak_lockstep",
+      "Hours of servo on simulated time, with goals and faults at random", 60.0, "Simulated time",
+      vantage::soak::Run);
 }

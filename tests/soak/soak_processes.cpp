@@ -14,9 +14,8 @@
 #include <random>
 #include <thread>
 
-#include <CLI/CLI.hpp>
-
 #include "memory.h"
+#include "soak_main.h"
 #include "temporary_folder.h"
 #include "vantage/config/config_text.h"
 #include "vantage/messaging/lcm_link.h"
@@ -243,14 +242,8 @@ int Run(double minutes, std::uint64_t seed) {
 }  // namespace vantage::soak
 
 int main(int argc, char** argv) {
-  double minutes = 10.0;
-  std::uint64_t seed = 1;
-  CLI::App app("The programs on the wall clock, stopped, killed and lied to at random",
-               "soak_processes");
-  app.add_option("--minutes", minutes, "Wall time")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 1e6));
-  app.add_option("--seed", seed, "Of the faults")->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  return vantage::soak::Run(minutes, seed);
+  return vantage::soak::SoakMain(
+      argc, argv, "soak_processes",
+      "The programs on the wall clock, stopped, killed and lied to at random", 10.0, "Wall time",
+      vantage::soak::Run);
 }
