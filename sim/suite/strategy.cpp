@@ -184,6 +184,8 @@ const std::vector<Ablation>& AllAblations() {
        [](Scenario* s) { s->active.look_ahead = 0.0; }},
       {"path-samples", "views are scored at the present configuration alone",
        [](Scenario* s) { s->active.planner.path_samples = 1; }},
+      {"calibration", "the calibration is taken as it is",
+       [](Scenario* s) { s->servo.calibration.estimate = false; }},
       {"cap", "the best view, however far, not one that is good enough",
        [](Scenario* s) { s->active.planner.cap = 1e6; }},
   };

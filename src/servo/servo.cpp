@@ -58,6 +58,11 @@ constexpr double kMaxLead = 0.5;
 constexpr double kAtLimit = 1e-3;
 // An arm that is asked for less than this share of its speed stands.
 constexpr double kStands = 0.01;
+// The calibration is compared with a marker again once that has moved so far before the camera [m], or the
+// camera has turned so far [rad]; one such comparison is good to this [px].
+constexpr double kCalibrationWay = 0.02;
+constexpr double kCalibrationTurn = 0.04;
+constexpr double kCalibrationNoise = 0.5;
 // A smaller error by this factor is progress.
 constexpr double kProgress = 0.95;
 
@@ -144,7 +149,11 @@ void CheckSizes(const ServoTask& task, const ServoOptions& options) {
 }  // namespace
 
 Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& trigger)
-    : task_(std::move(task)), options_(options), trigger_(trigger) {
+    : task_(std::move(task)),
+      options_(options),
+      trigger_(trigger),
+      calibration_(options.calibration, task_.view.arm.size()),
+      camera_(task_.view.camera) {
   CheckSizes(task_, options_);
   const std::size_t count = task_.view.markers.size();
   needed_ = std::vector<bool>(count, false);
@@ -255,7 +264,8 @@ void Servo::PredictState(Time now) noexcept {
   const double joint_age = std::clamp(Age(now, joints_.newest_stamp()), 0.0, kMaxExtrapolation);
   const double pose_age = std::clamp(Age(now, poses_.newest_stamp()), 0.0, kMaxExtrapolation);
   q_ = joints_.newest() + joint_age * qdot_;
-  X_WC_ = camera_moves_ ? Advance(poses_.newest(), pose_age * V_WC_C_) : poses_.newest();
+  X_WC_measured_ = camera_moves_ ? Advance(poses_.newest(), pose_age * V_WC_C_) : poses_.newest();
+  X_WC_ = X_WC_measured_ * calibration_.X_CTrue();
   kinematics_ = ComputeKinematics(task_.view.arm, q_);
 }
 
@@ -269,22 +279,22 @@ Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age,
 // Compares the newest image with the model at its exposure. What differs is carried to now: that
 // bridges the latency and the time between two images.
 void Servo::UseImage() noexcept {
-  const CameraModel& camera = task_.view.camera;
   const bool standing = qdot_.lpNorm<Eigen::Infinity>() < kStandingSpeed && !camera_moves_;
   const double time = (standing ? kStandingAverage : 1.0) * options_.offset_time;
   const JointVector q = *joints_.At(features_.exposure, Between);
-  const Isometry3d X_CE = features_.X_WC.inverse() * EndEffectorPose(task_.view.arm, q);
+  UpdateCalibration(q);
+  const Isometry3d X_CE = X_WC_exposure_.inverse() * EndEffectorPose(task_.view.arm, q);
   markers_lost_ = 0;
   for (std::size_t i = 0; i < task_.view.markers.size(); ++i) {
     const Marker& marker = task_.view.markers[i];
     const MarkerMeasurement* measured = features_.Find(marker.id);
     const auto expected = Project(X_CE * marker.p);
     if (measured != nullptr && measured->valid && expected) {
-      seen_at_[i] = Normalised(camera, measured->pixel);
+      seen_at_[i] = Normalised(camera_, measured->pixel);
       const Vector2d offset = seen_at_[i] - expected->n;
       offset_[i] = last_seen_[i]
                        ? Averaged(offset_[i], offset, Age(features_.exposure, *last_seen_[i]),
-                                  options_.offset_time, kOffsetJump / camera.fx)
+                                  options_.offset_time, kOffsetJump / camera_.fx)
                        : offset;
       last_seen_[i] = features_.exposure;
     } else if (needed_[i]) {
@@ -302,13 +312,57 @@ void Servo::UseImage() noexcept {
     }
   }
   FitGoalLayout();
-  X_WC_image_ = features_.X_WC;
+  X_WC_image_ = X_WC_exposure_;
   image_is_new_ = false;
 }
 
+// Compares the markers of the arm with where the calibration puts them, where that says something new, and
+// moves the differences that are kept by what the correction explains.
+void Servo::UpdateCalibration(const JointVector& q) noexcept {
+  const ViewModel& view = task_.view;
+  const Isometry3d X_WE = EndEffectorPose(view.arm, q);
+  const Isometry3d X_WCBefore = features_.X_WC * calibration_.X_CTrue();
+  const CameraModel before = camera_;
+  bool corrected = false;
+  for (std::size_t i = 0; i < view.markers.size(); ++i) {
+    const MarkerMeasurement* measured = features_.Find(view.markers[i].id);
+    if (measured == nullptr || !measured->valid) continue;
+    const Vector3d p_CM = X_WCBefore.inverse() * (X_WE * view.markers[i].p);
+    std::optional<CalibrationView>& last = calibrated_at_[i];
+    if (last && (p_CM - last->p_CM).norm() < kCalibrationWay &&
+        Eigen::AngleAxisd(last->R_WC.transpose() * X_WCBefore.linear()).angle() <
+            kCalibrationTurn) {
+      continue;
+    }
+    last = CalibrationView{p_CM, X_WCBefore.linear()};
+    const double sigma = std::hypot(options_.feature_noise_px, kCalibrationNoise);
+    if (calibration_.Update(view.camera, features_.X_WC, view.arm, q, view.markers[i].p,
+                            measured->pixel, sigma)) {
+      corrected = true;
+    }
+  }
+  X_WC_exposure_ = features_.X_WC * calibration_.X_CTrue();
+  if (!corrected) return;
+  camera_ = WithFocalFactor(view.camera, calibration_.focal_factor());
+  const auto shift = [&](int id, const Vector3d& p_W, Vector2d* offset) {
+    const MarkerMeasurement* measured = features_.Find(id);
+    const auto at_before = Project(X_WCBefore.inverse() * p_W);
+    const auto at_now = Project(X_WC_exposure_.inverse() * p_W);
+    if (measured == nullptr || !measured->valid || !at_before || !at_now) return;
+    *offset += Normalised(camera_, measured->pixel) - at_now->n -
+               (Normalised(before, measured->pixel) - at_before->n);
+  };
+  for (std::size_t i = 0; i < view.markers.size(); ++i) {
+    shift(view.markers[i].id, X_WE * view.markers[i].p, &offset_[i]);
+  }
+  for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
+    shift(task_.goal.marker_ids[i], p_WMarker_[i], &goal_offset_[i]);
+  }
+}
+
 void Servo::UseGoalImage(std::size_t i, const Vector2d& measured, double time) noexcept {
-  const CameraModel& camera = task_.view.camera;
-  const Isometry3d X_CW = features_.X_WC.inverse();
+  const CameraModel& camera = camera_;
+  const Isometry3d X_CW = X_WC_exposure_.inverse();
   const bool moves = task_.goal.max_speed > 0.0;
   const auto seen_before = Project(X_CW * p_WMarker_[i]);
   Vector2d place = Normalised(camera, measured);
@@ -322,7 +376,7 @@ void Servo::UseGoalImage(std::size_t i, const Vector2d& measured, double time) n
     place = track.place();
     goal_[i].Drift(task_.goal.max_speed * kDriftTime);
   }
-  if (moves || NewView(i)) goal_[i].Update(camera, features_.X_WC, measured, GoalSigma());
+  if (moves || NewView(i)) goal_[i].Update(camera, X_WC_exposure_, measured, GoalSigma());
   PlaceGoalMarker(i);
   // The estimate gives the depth; where the goal is in the image, the image says best. An error of the
   // camera's pose shifts goal and arm alike, and so leaves the difference of the two.
@@ -342,7 +396,7 @@ void Servo::UseGoalImage(std::size_t i, const Vector2d& measured, double time) n
 // True when the camera looks at a goal's marker from elsewhere than last time.
 bool Servo::NewView(std::size_t marker) noexcept {
   std::optional<Isometry3d>& X_WLast = goal_seen_from_[marker];
-  const Isometry3d& X_WC = features_.X_WC;
+  const Isometry3d& X_WC = X_WC_exposure_;
   if (X_WLast && (X_WLast->translation() - X_WC.translation()).norm() < kNewViewDistance &&
       Eigen::AngleAxisd(X_WLast->linear().transpose() * X_WC.linear()).angle() < kNewViewAngle) {
     return false;
@@ -356,7 +410,7 @@ bool Servo::NewView(std::size_t marker) noexcept {
 void Servo::PlaceGoalMarker(std::size_t marker) noexcept {
   const Vector3d& p_WG = goal_[marker].p_WG();
   const Vector3d& offset_W = task_.goal.offset_W;
-  const Vector3d sight = p_WG - features_.X_WC.translation();
+  const Vector3d sight = p_WG - X_WC_exposure_.translation();
   const Vector3d ray = sight.normalized();
   const double across = goal_offset_[marker].norm() * sight.norm();
   const double estimate = 1.0 / (ray.dot(goal_[marker].covariance() * ray) +
@@ -377,7 +431,7 @@ void Servo::PlaceGoalMarker(std::size_t marker) noexcept {
 // How the goal's markers stand to one another is known: how far apart the image shows them tells their
 // depth, whatever the errors of camera and arm.
 void Servo::FitGoalLayout() noexcept {
-  const Isometry3d X_CW = features_.X_WC.inverse();
+  const Isometry3d X_CW = X_WC_exposure_.inverse();
   const Vector3d& p_WOrigin = task_.goal.p_WG.front();
   std::array<LayoutPoint, kMaxPoints> points;
   int count = 0;
@@ -393,7 +447,7 @@ void Servo::FitGoalLayout() noexcept {
   const LayoutFit fit = FitLayout(points, count, errors);
   layout_sigma_ = fit.solved ? fit.depth_sigma : std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; fit.solved && i < task_.goal.marker_ids.size(); ++i) {
-    p_WLayout_[i] = features_.X_WC * fit.p_CL + (task_.goal.p_WG[i] - p_WOrigin);
+    p_WLayout_[i] = X_WC_exposure_ * fit.p_CL + (task_.goal.p_WG[i] - p_WOrigin);
   }
 }
 
@@ -768,7 +822,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   view.now = now;
   view.q = q_;
   view.qdot = qdot_;
-  view.X_WC = X_WC_;
+  view.X_WC = X_WC_measured_;
   view.composite = report.composite;
   view.cause = report.cause;
   view.markers_lost = markers_lost_;

@@ -11,6 +11,7 @@
 #include "vantage/camera/camera_pose.h"
 #include "vantage/features/marker.h"
 #include "vantage/robot/joint_state.h"
+#include "vantage/servo/calibration_estimator.h"
 #include "vantage/servo/goal_estimator.h"
 #include "vantage/servo/history.h"
 #include "vantage/servo/image_track.h"
@@ -95,6 +96,10 @@ class Servo {
   [[nodiscard]] const ServoTask& task() const noexcept { return task_; }
 
  private:
+  struct CalibrationView {
+    Eigen::Vector3d p_CM;
+    Eigen::Matrix3d R_WC;
+  };
   static constexpr int kHistory = 512;
 
   bool Refuse(InputFault fault) noexcept;
@@ -102,6 +107,7 @@ class Servo {
   [[nodiscard]] Twist CameraTwist() const noexcept;
   void PredictState(Time now) noexcept;
   void UseImage() noexcept;
+  void UpdateCalibration(const JointVector& q) noexcept;
   [[nodiscard]] bool NewView(std::size_t marker) noexcept;
   void PlaceGoalMarker(std::size_t marker) noexcept;
   void FitGoalLayout() noexcept;
@@ -137,6 +143,12 @@ class Servo {
   History<JointVector, kHistory> joints_;
   History<Eigen::Isometry3d, kHistory> poses_;
   Twist V_WC_C_{Twist::Zero()};  // of the camera, read off its newest poses
+  // What is wrong with the calibration, and by it the camera and where the newest image was taken from.
+  CalibrationEstimator calibration_;
+  CameraModel camera_;
+  Eigen::Isometry3d X_WC_exposure_{Eigen::Isometry3d::Identity()};
+  // Where a marker was, and was seen from, when the calibration was last compared with it.
+  std::array<std::optional<CalibrationView>, kMaxPoints> calibrated_at_{};
   ImageFeatures features_;
   bool has_features_{false};
   bool image_is_new_{false};
@@ -169,7 +181,8 @@ class Servo {
   JointVector q_;     // now
   JointVector qdot_;  // last commanded
   std::optional<Time> moving_since_;
-  Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d X_WC_measured_{Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};  // with its calibration corrected
   Kinematics kinematics_;
   PointViews current_, wanted_;
   PointViews wanted_soon_;  // goals that move, kSoon later

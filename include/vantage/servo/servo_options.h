@@ -2,6 +2,7 @@
 
 #include "vantage/control/servo_law.h"
 #include "vantage/features/feature_set.h"
+#include "vantage/servo/calibration_estimator.h"
 #include "vantage/servo/reference_path.h"
 
 namespace vantage {
@@ -49,6 +50,8 @@ struct ServoOptions {
   double feature_noise_px{0.3};  ///< Standard deviation of a measured pixel coordinate [px]; > 0.
   /// By how much errors of calibration shift a whole image, one view against another [px]; >= 0.
   double calibration_px{2.0};
+  /// What may be wrong with the calibration of camera and arm; it is estimated from the arm's own markers.
+  CalibrationPrior calibration;
   /// How the image differs from the model changes slowly: measured differences are averaged over about
   /// this time [s]; >= 0.
   double offset_time{0.15};
