@@ -156,6 +156,7 @@ Scenario WithStrategy(Scenario scenario, Strategy strategy) {
       return scenario;
     case Strategy::kClassic:
       scenario.servo.law.textbook = true;
+      scenario.servo.calibration.estimate = false;
       break;
     case Strategy::kPlanned:
     case Strategy::kMinimax:
