@@ -92,12 +92,22 @@ bool BodyClear(const ArmModel& arm, const ArmSample& sample) {
   return across > 0.22 && (planar || p_WE.z() > 0.2);
 }
 
-// Joints of an ordinary configuration: away from limits and from the arm's singularities.
-bool Ordinary(ArmSet arms, const ArmModel& arm, const JointVector& q) {
+// No camera of the dome looks at markers that face the floor.
+bool FacesTheFloor(const ArmSample& sample) {
+  return sample.markers.front().normal_W.z() < -0.3;
+}
+
+bool AwayFromLimits(const ArmModel& arm, const JointVector& q) {
   for (int i = 0; i < q.size(); ++i) {
     const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
     if (q(i) < limit.lower + 5.0 * kDegree || q(i) > limit.upper - 5.0 * kDegree) return false;
   }
+  return true;
+}
+
+// Joints of an ordinary configuration: away from limits and from the arm's singularities.
+bool Ordinary(ArmSet arms, const ArmModel& arm, const JointVector& q) {
+  if (!AwayFromLimits(arm, q)) return false;
   if (arms == ArmSet::kPlanar2) return std::abs(std::sin(q(1))) > 0.3;
   const ArmJacobian J = ComputeKinematics(arm, q).J_WE_W;
   const Measure measure =
@@ -252,9 +262,7 @@ bool DrawMotion(ArmSet arms, const MotionDemand& demand, Random* random, Draft* 
   draft->motion =
       SampleMotion(draft->scenario.task.view, draft->q_start, draft->q_goal, kMotionSamples);
   for (const ArmSample& sample : draft->motion) {
-    if (!BodyClear(arm, sample)) return false;
-    // No camera of the dome looks at what faces the floor.
-    if (sample.markers.front().normal_W.z() < -0.3) return false;
+    if (!BodyClear(arm, sample) || FacesTheFloor(sample)) return false;
   }
   ArmKit kit = KitOf(arms, false);
   // Dots that turn on the spot sweep a circle: the goal's stand behind it.
@@ -289,11 +297,7 @@ bool DrawGoalMotion(Random* random, Draft* draft) {
     if (!solution.converged || (solution.q - q).lpNorm<Eigen::Infinity>() > 0.5) return false;
     q = solution.q;
     const ArmSample sample = SampleArm(scenario.task.view, q);
-    if (!BodyClear(arm, sample) || sample.markers.front().normal_W.z() < -0.3) return false;
-    for (int i = 0; i < q.size(); ++i) {
-      const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
-      if (q(i) < limit.lower + 5.0 * kDegree || q(i) > limit.upper - 5.0 * kDegree) return false;
-    }
+    if (!BodyClear(arm, sample) || FacesTheFloor(sample) || !AwayFromLimits(arm, q)) return false;
   }
   return true;
 }
