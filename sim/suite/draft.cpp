@@ -183,16 +183,6 @@ double WorstMillimetresAt(const Draft& draft, const ArmSample& sample, const Iso
       Decompose(CompositeJacobian(draft.scenario.task.view, sample, X_WC)), sample.J_marker_W);
 }
 
-bool Seen(const Draft& draft, const std::vector<PlacedMarker>& markers, int sample,
-          const Isometry3d& X_WC) {
-  const Scenario& s = draft.scenario;
-  const ArmSample& arm = draft.motion[static_cast<std::size_t>(sample)];
-  return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
-    return CheckMarkerAmong(s.task.view.camera, s.active.planner.limits, X_WC, marker, arm,
-                            draft.goal_markers) == ViewFault::kNone;
-  });
-}
-
 }  // namespace
 
 double Uniform(Random* random, double lower, double upper) {
@@ -302,12 +292,23 @@ bool DrawGoalMotion(Random* random, Draft* draft) {
   return true;
 }
 
+bool AllSeen(const Scenario& scenario, const std::vector<PlacedMarker>& markers,
+             const ArmSample& arm, const std::vector<PlacedMarker>& goal_markers,
+             const Isometry3d& X_WC) {
+  return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
+    return CheckMarkerAmong(scenario.task.view.camera, scenario.active.planner.limits, X_WC, marker,
+                            arm, goal_markers) == ViewFault::kNone;
+  });
+}
+
 bool SeesArm(const Draft& draft, int sample, const Isometry3d& X_WC) {
-  return Seen(draft, draft.motion[static_cast<std::size_t>(sample)].markers, sample, X_WC);
+  const ArmSample& arm = draft.motion[static_cast<std::size_t>(sample)];
+  return AllSeen(draft.scenario, arm.markers, arm, draft.goal_markers, X_WC);
 }
 
 bool SeesGoal(const Draft& draft, int sample, const Isometry3d& X_WC) {
-  return Seen(draft, draft.goal_markers, sample, X_WC);
+  const ArmSample& arm = draft.motion[static_cast<std::size_t>(sample)];
+  return AllSeen(draft.scenario, draft.goal_markers, arm, draft.goal_markers, X_WC);
 }
 
 double Observability(const Draft& draft, int sample, const Isometry3d& X_WC) {
