@@ -226,7 +226,6 @@ class Renderer::Impl {
   Impl& operator=(const Impl&) = delete;
 
   [[nodiscard]] const CameraModel& camera() const noexcept { return native_.camera; }
-  [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
 
   void RenderGrey(const Isometry3d& X_WC, const SceneState& state,
                   const std::vector<PixelWindow>* windows, GreyImage* image) {
@@ -862,9 +861,6 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 const CameraModel& Renderer::camera() const noexcept {
   return impl_->camera();
-}
-const Scene& Renderer::scene() const noexcept {
-  return impl_->scene();
 }
 
 void Renderer::RenderGrey(const Isometry3d& X_WC, const SceneState& state, GreyImage* image) {
