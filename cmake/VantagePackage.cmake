@@ -21,5 +21,5 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "liblcm-bin, libosmesa6 | libegl-mesa0,
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "liblcm-java, libjchart2d-java, default-jre")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME vantage-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev")
-set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libvisp-dev, libopencv-dev, liblcm-dev, liborocos-kdl-dev, liburdfdom-dev, libconsole-bridge-dev, libassimp-dev, libnlopt-dev, libyaml-cpp-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "libvisp-dev, libopencv-dev, liblcm-dev, liborocos-kdl-dev, liburdfdom-dev, libconsole-bridge-dev, libtinyxml2-dev, libassimp-dev, libnlopt-cxx-dev, libpcre2-dev, libyaml-cpp-dev, nlohmann-json3-dev")
 include(CPack)

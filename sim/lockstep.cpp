@@ -6,8 +6,6 @@
 namespace vantage::sim {
 namespace {
 
-// As in vantage-servo.
-constexpr Duration kCameraPeriod = std::chrono::milliseconds(20);
 constexpr int kSamplesPerSecond = 50;
 
 }  // namespace
@@ -33,7 +31,7 @@ const ServoOutput& Lockstep::Tick(const Spoil& spoil) {
   inputs_.has_active = false;
   world_.Accept(output.command, now);
   if (servo_.snapshot().valid && now >= next_camera_) {
-    next_camera_ = now + kCameraPeriod;
+    next_camera_ = now + kCameraTaskPeriod;
     inputs_.active = camera_task_.Step(servo_.snapshot());
     inputs_.has_active = true;
     if (active().state != ActiveState::kDisabled) world_.Accept(CameraPose{now, active().X_WC});

@@ -26,7 +26,6 @@ class Lockstep {
   const ServoOutput& Tick(const Spoil& spoil = {});
 
   [[nodiscard]] World& world() noexcept { return world_; }
-  [[nodiscard]] const Servo& servo() const noexcept { return servo_; }
   [[nodiscard]] const ActiveOutput& active() const noexcept { return inputs_.active; }
   [[nodiscard]] double time() const noexcept { return ToSeconds(world_.now() - Time{}); }  ///< [s].
 

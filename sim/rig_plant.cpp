@@ -11,7 +11,8 @@ RigPlant::RigPlant(CameraRig rig, const RigVector& q_c_start)
   Validate(rig_);
   if (q_c_.size() != rig_.size()) {
     throw ConfigError("", "camera_rig.start",
-                      "needs " + std::to_string(rig_.size()) + " coordinates");
+                      "needs " + std::to_string(rig_.size()) + " coordinates, found " +
+                          std::to_string(q_c_.size()));
   }
   target_ = q_c_;
 }

@@ -18,9 +18,8 @@ class RigPlant {
   /// Moves the rig for dt [s].
   void Step(double dt);
 
-  [[nodiscard]] const RigVector& q_c() const noexcept { return q_c_; }  ///< The truth.
+  /// Where the camera truly is.
   [[nodiscard]] Eigen::Isometry3d X_WC() const { return RigPose(rig_, q_c_); }
-  [[nodiscard]] const CameraRig& rig() const noexcept { return rig_; }
 
  private:
   CameraRig rig_;

@@ -54,7 +54,6 @@ class World {
   /// Where the camera truly is.
   [[nodiscard]] Eigen::Isometry3d X_WC() const { return rig_.X_WC(); }
   [[nodiscard]] Time now() const noexcept { return now_; }
-  [[nodiscard]] const LimitViolations& violations() const noexcept { return arm_.violations(); }
 
  private:
   [[nodiscard]] SceneState Scene() const;

@@ -13,4 +13,4 @@ _vantage() {
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$current")
 }
 
-complete -o default -F _vantage vantage-{run,servo,sim,measure,map,plan,bench,report,watch,camera,config}
+complete -o default -F _vantage vantage-{run,servo,sim,camera,measure,map,plan,plan-mpi,bench,report,watch,panda-bridge,config}

@@ -30,22 +30,6 @@ Isometry3d MotionOfJoint(const ArmModel& arm, const JointVector& q, int joint, d
   return ComputeLinkPoses(arm, moved)[joint] * X_WL.inverse();
 }
 
-struct Nearest {
-  Vector3d on_line, on_segment;
-  double distance;
-};
-
-// Nearest points of the line p + t d (|d| = 1) and the segment from a to b.
-Nearest LineToSegment(const Vector3d& p, const Vector3d& d, const Vector3d& a, const Vector3d& b) {
-  const Vector3d across = (b - a) - d * d.dot(b - a);
-  const Vector3d offset = (p - a) - d * d.dot(p - a);
-  const double length2 = across.squaredNorm();
-  const double s = length2 > 1e-12 ? std::clamp(offset.dot(across) / length2, 0.0, 1.0) : 0.0;
-  const Vector3d on_segment = a + s * (b - a);
-  const Vector3d on_line = p + d * d.dot(on_segment - p);
-  return {on_line, on_segment, (on_line - on_segment).norm()};
-}
-
 std::optional<JointAxis> FindAxis(const ArmModel& arm, const JointVector& q, int joint,
                                   const std::vector<PlacedCapsule>& capsules) {
   constexpr double kStep = 1.0;  // [rad]; well away from 0 and π.
@@ -62,10 +46,11 @@ std::optional<JointAxis> FindAxis(const ArmModel& arm, const JointVector& q, int
     if (capsule.link != joint && capsule.link != joint - 1) continue;
     // Ends are where joints sit: prefer the end of a capsule that the axis passes nearest to.
     for (const Vector3d& end : {capsule.p_WA, capsule.p_WB}) {
-      const Nearest nearest = LineToSegment(p, d, end, end);
-      if (nearest.distance > 1.2 * capsule.radius || nearest.distance >= best - 1e-9) continue;
-      best = nearest.distance;
-      axis = JointAxis{nearest.on_line, d, capsule.radius};
+      const Vector3d nearest = p + d * d.dot(end - p);
+      const double distance = (nearest - end).norm();
+      if (distance > 1.2 * capsule.radius || distance >= best - 1e-9) continue;
+      best = distance;
+      axis = JointAxis{nearest, d, capsule.radius};
     }
   }
   return axis;

@@ -23,7 +23,6 @@ class Egl {
   decltype(&eglDestroyContext) destroy_context;
   decltype(&eglMakeCurrent) make_current;
   decltype(&eglGetProcAddress) get_proc;
-  decltype(&eglReleaseThread) release_thread;
   EGLDisplay display{EGL_NO_DISPLAY};
 
  private:
@@ -33,7 +32,6 @@ class Egl {
     destroy_context = library_.Get<decltype(&eglDestroyContext)>("eglDestroyContext");
     make_current = library_.Get<decltype(&eglMakeCurrent)>("eglMakeCurrent");
     get_proc = library_.Get<decltype(&eglGetProcAddress)>("eglGetProcAddress");
-    release_thread = library_.Get<decltype(&eglReleaseThread)>("eglReleaseThread");
     const auto get_display =
         reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(get_proc("eglGetPlatformDisplayEXT"));
     if (get_display == nullptr) throw RenderError("EGL has no platform displays");

@@ -13,7 +13,7 @@ namespace vantage::sim {
 /// survive being unloaded while a thread's storage still refers to them.
 class SharedLibrary {
  public:
-  /// Opens the first of the given names that exists. Throws ConfigError (key "renderer.backend") that
+  /// Opens the first of the given names that exists. Throws ConfigError (key "sim.renderer") that
   /// names `package` when there is none.
   SharedLibrary(std::initializer_list<const char*> names, const char* package);
 

@@ -29,13 +29,6 @@ void GlContext::ReleaseIfCurrent() noexcept {
   current_context = nullptr;
 }
 
-GlBackend ParseGlBackend(const std::string& name) {
-  if (name == "auto") return GlBackend::kAuto;
-  if (name == "osmesa") return GlBackend::kOsmesa;
-  if (name == "egl") return GlBackend::kEgl;
-  throw ConfigError("", "renderer.backend", "must be auto, osmesa or egl, is " + name);
-}
-
 std::unique_ptr<GlContext> MakeGlContext(GlBackend backend) {
   setenv("LP_NUM_THREADS", "0", /*overwrite=*/0);
   if (backend == GlBackend::kOsmesa) return MakeOsmesaContext();
@@ -46,7 +39,7 @@ std::unique_ptr<GlContext> MakeGlContext(GlBackend backend) {
     try {
       return MakeEglContext();
     } catch (const ConfigError& no_egl) {
-      throw ConfigError("", "renderer.backend",
+      throw ConfigError("", "sim.renderer",
                         std::string(no_osmesa.what()) + "; and " + no_egl.what());
     }
   }
@@ -57,7 +50,7 @@ SharedLibrary::SharedLibrary(std::initializer_list<const char*> names, const cha
     handle_ = dlopen(name, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (handle_ != nullptr) return;
   }
-  throw ConfigError("", "renderer.backend",
+  throw ConfigError("", "sim.renderer",
                     std::string("cannot load ") + *names.begin() + ": " + dlerror() +
                         " (Debian package " + package + ")");
 }

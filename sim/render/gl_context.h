@@ -52,10 +52,7 @@ enum class GlBackend {
   kEgl,     ///< EGL without a surface: a GPU where there is one, else Mesa's software renderer.
 };
 
-/// "auto", "osmesa" or "egl"; throws ConfigError (key "renderer.backend") for anything else.
-[[nodiscard]] GlBackend ParseGlBackend(const std::string& name);
-
-/// A new context. Throws ConfigError (key "renderer.backend") when the backend's library (of kAuto: either) is
+/// A new context. Throws ConfigError (key "sim.renderer") when the backend's library (of kAuto: either) is
 /// not installed, RenderError when it cannot make the context.
 ///
 /// Sets LP_NUM_THREADS=0 in the environment unless it is set: Mesa's rasteriser threads cost more

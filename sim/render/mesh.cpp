@@ -73,6 +73,16 @@ void Append(TriangleMesh* mesh, const TriangleMesh& part, const Isometry3d& X) {
   for (const std::uint32_t index : part.indices) mesh->indices.push_back(index + offset);
 }
 
+void AppendQuad(TriangleMesh* mesh, const std::array<Vector3d, 4>& corners,
+                const Vector3d& normal) {
+  const auto first = static_cast<std::uint32_t>(mesh->vertices.size());
+  for (const Vector3d& corner : corners) {
+    mesh->vertices.emplace_back(corner.cast<float>());
+    mesh->normals.emplace_back(normal.cast<float>());
+  }
+  for (const std::uint32_t i : {0U, 1U, 2U, 0U, 2U, 3U}) mesh->indices.push_back(first + i);
+}
+
 TriangleMesh CapsuleMesh(const Vector3d& a, const Vector3d& b, double radius, int segments) {
   assert(segments >= 3 && radius > 0.0);
   const double length = (b - a).norm();
@@ -120,16 +130,13 @@ TriangleMesh BoxMesh(const Vector3d& size) {
   TriangleMesh mesh;
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {-1, 1}) {
-      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
       const Vector3d normal = side * Vector3d::Unit(axis);
       const Vector3d e1 = Vector3d::Unit((axis + 1) % 3);
       const Vector3d e2 = normal.cross(e1);
-      for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
-        const Vector3d corner = normal + x * e1 + y * e2;
-        mesh.vertices.emplace_back((0.5 * size.cwiseProduct(corner)).cast<float>());
-        mesh.normals.emplace_back(normal.cast<float>());
-      }
-      for (const std::uint32_t i : {0U, 1U, 2U, 0U, 2U, 3U}) mesh.indices.push_back(first + i);
+      const auto corner = [&](int x, int y) -> Vector3d {
+        return 0.5 * size.cwiseProduct(normal + x * e1 + y * e2);
+      };
+      AppendQuad(&mesh, {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)}, normal);
     }
   }
   return mesh;

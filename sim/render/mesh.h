@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -23,6 +24,11 @@ struct TriangleMesh {
 /// Adds `part`, moved by X, to `mesh`.
 void Append(TriangleMesh* mesh, const TriangleMesh& part,
             const Eigen::Isometry3d& X = Eigen::Isometry3d::Identity());
+
+/// Adds a flat face with four corners [m], counter-clockwise seen from the side that `normal` points to.
+/// @param normal  Unit.
+void AppendQuad(TriangleMesh* mesh, const std::array<Eigen::Vector3d, 4>& corners,
+                const Eigen::Vector3d& normal);
 
 /// Cylinder with round ends between two points (a sphere when they coincide).
 /// @param segments  Vertices round the axis; >= 3.

@@ -151,13 +151,11 @@ TriangleMesh DarkTiles(const Floor& floor) {
   for (int i = -reach; i < reach; ++i) {
     for (int j = -reach; j < reach; ++j) {
       if ((i + j) % 2 != 0) continue;
-      const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-      for (const auto& [x, y] : {std::pair{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}}) {
-        mesh.vertices.emplace_back(
-            Vector3d(x * floor.tile, y * floor.tile, floor.height).cast<float>());
-        mesh.normals.emplace_back(Vector3f::UnitZ());
-      }
-      for (const std::uint32_t k : {0U, 1U, 2U, 0U, 2U, 3U}) mesh.indices.push_back(first + k);
+      const auto corner = [&](int x, int y) {
+        return Vector3d(x * floor.tile, y * floor.tile, floor.height);
+      };
+      AppendQuad(&mesh, {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)},
+                 Vector3d::UnitZ());
     }
   }
   return mesh;
@@ -228,7 +226,6 @@ class Renderer::Impl {
   Impl& operator=(const Impl&) = delete;
 
   [[nodiscard]] const CameraModel& camera() const noexcept { return native_.camera; }
-  [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
 
   void RenderGrey(const Isometry3d& X_WC, const SceneState& state,
                   const std::vector<PixelWindow>* windows, GreyImage* image) {
@@ -864,9 +861,6 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 const CameraModel& Renderer::camera() const noexcept {
   return impl_->camera();
-}
-const Scene& Renderer::scene() const noexcept {
-  return impl_->scene();
 }
 
 void Renderer::RenderGrey(const Isometry3d& X_WC, const SceneState& state, GreyImage* image) {

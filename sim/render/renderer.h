@@ -37,7 +37,6 @@ class Renderer {
   Renderer& operator=(Renderer&&) noexcept;
 
   [[nodiscard]] const CameraModel& camera() const noexcept;
-  [[nodiscard]] const Scene& scene() const noexcept;
 
   /// The whole image. `*image` takes the camera's size.
   void RenderGrey(const Eigen::Isometry3d& X_WC, const SceneState& state, GreyImage* image);

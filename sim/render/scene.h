@@ -22,7 +22,7 @@ inline constexpr int kGoalFrame = -3;   ///< The goal's: W, unless the goal move
 
 /// One rigid mesh of one colour.
 struct Body {
-  int frame{kWorldFrame};  ///< Link index, kWorldFrame or kToolFrame: the frame of the mesh.
+  int frame{kWorldFrame};  ///< Link index, or one of the frames above: the frame of the mesh.
   TriangleMesh mesh;
   Eigen::Vector3f colour{0.5F, 0.5F, 0.5F};  ///< Red, green, blue; 0 to 1.
   float gloss{0.2F};  ///< Strength of the highlight in colour images; 0 to 1.

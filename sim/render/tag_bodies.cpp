@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using Eigen::Vector3f;
 
 constexpr int kCells = 8;  // Six of data and a black one on each side.
 
@@ -38,16 +37,6 @@ cv::Mat CellsOf(int id) {
   return cells;
 }
 
-// A rectangle in the plane z of the tag's frame, seen from +z.
-void AddRectangle(double x0, double x1, double y0, double y1, double z, TriangleMesh* mesh) {
-  const auto first = static_cast<std::uint32_t>(mesh->vertices.size());
-  for (const auto& [x, y] : {std::pair{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}}) {
-    mesh->vertices.push_back(Vector3d(x, y, z).cast<float>());
-    mesh->normals.emplace_back(Vector3f::UnitZ());
-  }
-  for (const std::uint32_t i : {0U, 1U, 2U, 0U, 2U, 3U}) mesh->indices.push_back(first + i);
-}
-
 }  // namespace
 
 void AddTags(const std::vector<Tag>& tags, Scene* scene) {
@@ -68,8 +57,13 @@ void AddTags(const std::vector<Tag>& tags, Scene* scene) {
         int last = first;
         while (last + 1 < kCells && cells.at<std::uint8_t>(row, last + 1) == 0) ++last;
         const double top = 0.5 * tag.size - row * cell;
-        AddRectangle(-0.5 * tag.size + first * cell, -0.5 * tag.size + (last + 1) * cell,
-                     top - cell, top, 0.0, &black);
+        const double bottom = top - cell;
+        const double left = -0.5 * tag.size + first * cell;
+        const double right = -0.5 * tag.size + (last + 1) * cell;
+        AppendQuad(
+            &black,
+            {{{left, bottom, 0.0}, {right, bottom, 0.0}, {right, top, 0.0}, {left, top, 0.0}}},
+            Vector3d::UnitZ());
         first = last;
       }
     }

@@ -92,12 +92,22 @@ bool BodyClear(const ArmModel& arm, const ArmSample& sample) {
   return across > 0.22 && (planar || p_WE.z() > 0.2);
 }
 
-// Joints of an ordinary configuration: away from limits and from the arm's singularities.
-bool Ordinary(ArmSet arms, const ArmModel& arm, const JointVector& q) {
+// No camera of the dome looks at markers that face the floor.
+bool FacesTheFloor(const ArmSample& sample) {
+  return sample.markers.front().normal_W.z() < -0.3;
+}
+
+bool AwayFromLimits(const ArmModel& arm, const JointVector& q) {
   for (int i = 0; i < q.size(); ++i) {
     const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
     if (q(i) < limit.lower + 5.0 * kDegree || q(i) > limit.upper - 5.0 * kDegree) return false;
   }
+  return true;
+}
+
+// Joints of an ordinary configuration: away from limits and from the arm's singularities.
+bool Ordinary(ArmSet arms, const ArmModel& arm, const JointVector& q) {
+  if (!AwayFromLimits(arm, q)) return false;
   if (arms == ArmSet::kPlanar2) return std::abs(std::sin(q(1))) > 0.3;
   const ArmJacobian J = ComputeKinematics(arm, q).J_WE_W;
   const Measure measure =
@@ -173,16 +183,6 @@ double WorstMillimetresAt(const Draft& draft, const ArmSample& sample, const Iso
       Decompose(CompositeJacobian(draft.scenario.task.view, sample, X_WC)), sample.J_marker_W);
 }
 
-bool Seen(const Draft& draft, const std::vector<PlacedMarker>& markers, int sample,
-          const Isometry3d& X_WC) {
-  const Scenario& s = draft.scenario;
-  const ArmSample& arm = draft.motion[static_cast<std::size_t>(sample)];
-  return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
-    return CheckMarkerAmong(s.task.view.camera, s.active.planner.limits, X_WC, marker, arm,
-                            draft.goal_markers) == ViewFault::kNone;
-  });
-}
-
 }  // namespace
 
 double Uniform(Random* random, double lower, double upper) {
@@ -252,9 +252,7 @@ bool DrawMotion(ArmSet arms, const MotionDemand& demand, Random* random, Draft* 
   draft->motion =
       SampleMotion(draft->scenario.task.view, draft->q_start, draft->q_goal, kMotionSamples);
   for (const ArmSample& sample : draft->motion) {
-    if (!BodyClear(arm, sample)) return false;
-    // No camera of the dome looks at what faces the floor.
-    if (sample.markers.front().normal_W.z() < -0.3) return false;
+    if (!BodyClear(arm, sample) || FacesTheFloor(sample)) return false;
   }
   ArmKit kit = KitOf(arms, false);
   // Dots that turn on the spot sweep a circle: the goal's stand behind it.
@@ -289,21 +287,28 @@ bool DrawGoalMotion(Random* random, Draft* draft) {
     if (!solution.converged || (solution.q - q).lpNorm<Eigen::Infinity>() > 0.5) return false;
     q = solution.q;
     const ArmSample sample = SampleArm(scenario.task.view, q);
-    if (!BodyClear(arm, sample) || sample.markers.front().normal_W.z() < -0.3) return false;
-    for (int i = 0; i < q.size(); ++i) {
-      const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
-      if (q(i) < limit.lower + 5.0 * kDegree || q(i) > limit.upper - 5.0 * kDegree) return false;
-    }
+    if (!BodyClear(arm, sample) || FacesTheFloor(sample) || !AwayFromLimits(arm, q)) return false;
   }
   return true;
 }
 
+bool AllSeen(const Scenario& scenario, const std::vector<PlacedMarker>& markers,
+             const ArmSample& arm, const std::vector<PlacedMarker>& goal_markers,
+             const Isometry3d& X_WC) {
+  return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
+    return CheckMarkerAmong(scenario.task.view.camera, scenario.active.planner.limits, X_WC, marker,
+                            arm, goal_markers) == ViewFault::kNone;
+  });
+}
+
 bool SeesArm(const Draft& draft, int sample, const Isometry3d& X_WC) {
-  return Seen(draft, draft.motion[static_cast<std::size_t>(sample)].markers, sample, X_WC);
+  const ArmSample& arm = draft.motion[static_cast<std::size_t>(sample)];
+  return AllSeen(draft.scenario, arm.markers, arm, draft.goal_markers, X_WC);
 }
 
 bool SeesGoal(const Draft& draft, int sample, const Isometry3d& X_WC) {
-  return Seen(draft, draft.goal_markers, sample, X_WC);
+  const ArmSample& arm = draft.motion[static_cast<std::size_t>(sample)];
+  return AllSeen(draft.scenario, draft.goal_markers, arm, draft.goal_markers, X_WC);
 }
 
 double Observability(const Draft& draft, int sample, const Isometry3d& X_WC) {

@@ -8,7 +8,7 @@
 #include "sim/suite/suite.h"
 
 /// @file
-/// Parts of the scenario generators: a cell for each set of arms, tests of views by the nominal model.
+/// Parts of the scenario generators: a cell for each set of arms, draws, and what a view shows by the nominal model.
 
 namespace vantage::sim {
 
@@ -46,6 +46,11 @@ struct MotionDemand {
 /// draw is none.
 [[nodiscard]] bool DrawGoalMotion(Random* random, Draft* draft);
 
+/// Every one of `markers` is seen from X_WC by the scenario's nominal model, the arm standing as in `arm` and the
+/// goal's markers in the scene.
+[[nodiscard]] bool AllSeen(const Scenario& scenario, const std::vector<PlacedMarker>& markers,
+                           const ArmSample& arm, const std::vector<PlacedMarker>& goal_markers,
+                           const Eigen::Isometry3d& X_WC);
 /// Every marker of the end effector at motion[sample] is seen from X_WC.
 [[nodiscard]] bool SeesArm(const Draft& draft, int sample, const Eigen::Isometry3d& X_WC);
 /// Every marker of the goal is, the arm being at motion[sample].

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+#include <limits>
 
+#include "sim/suite/draft.h"
 #include "vantage/math/error.h"
 #include "vantage/observability/measures.h"
 
@@ -50,12 +51,8 @@ struct Placement {
 Placement Evaluate(const Scenario& scenario, const Known& known, const RigVector& q_c,
                    bool minimax) {
   const Isometry3d X_WC = RigPose(scenario.rig, q_c);
-  const ViewModel& view = scenario.task.view;
   const auto sees = [&](const std::vector<PlacedMarker>& markers, const ArmSample& at) {
-    return std::all_of(markers.begin(), markers.end(), [&](const PlacedMarker& marker) {
-      return CheckMarkerAmong(view.camera, scenario.active.planner.limits, X_WC, marker, at,
-                              known.goal_markers) == ViewFault::kNone;
-    });
+    return AllSeen(scenario, markers, at, known.goal_markers, X_WC);
   };
   Placement placement{0, 0.0};
   double sum = 0.0;
@@ -64,7 +61,7 @@ Placement Evaluate(const Scenario& scenario, const Known& known, const RigVector
     if (!sees(sample.markers, sample)) continue;
     if (!sees(known.goal_markers, sample)) continue;
     ++placement.seen;
-    const double w = MeasureOf(CompositeJacobian(view, sample, X_WC)).w;
+    const double w = MeasureOf(CompositeJacobian(scenario.task.view, sample, X_WC)).w;
     sum += w;
     least = std::min(least, w);
   }
@@ -76,7 +73,7 @@ Placement Evaluate(const Scenario& scenario, const Known& known, const RigVector
 RigVector PlaceCamera(const Scenario& scenario, bool minimax) {
   const Known known = NominalMotion(scenario);
   const CameraRig& rig = scenario.rig;
-  std::mt19937_64 random(7);
+  Random random(7);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const Vector3d a = known.motion.front().markers.front().p_W;
   const Vector3d b = known.motion.back().markers.front().p_W;

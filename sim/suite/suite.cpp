@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
 
 #include "sim/goal_motion.h"
 #include "sim/suite/draft.h"
@@ -34,8 +33,11 @@ const char* NameOf(ArmSet arms) {
   return "?";
 }
 
+// What a view is worth that will not do.
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
 // How a scenario's camera start is chosen among random ones that see all markers at the start: the one
-// with the least value of these many. A value of infinity: it will not do.
+// with the least value of these many, those of kNever left out.
 struct CameraChoice {
   int count{1};
   std::function<double(const Draft&, const Isometry3d&)> value;
@@ -45,7 +47,7 @@ int Last(const Draft& draft) {
   return static_cast<int>(draft.motion.size()) - 1;
 }
 
-// Log of the least observability along the motion, that of the middle part, ...
+// Log of the least observability at motion[from] to motion[to].
 double LogLeast(const Draft& draft, const Isometry3d& X_WC, int from, int to) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = from; i <= to; ++i) least = std::min(least, Observability(draft, i, X_WC));
@@ -59,8 +61,6 @@ double LogMean(const Draft& draft, const Isometry3d& X_WC) {
   }
   return sum / (Last(draft) + 1);
 }
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 CameraChoice AnyView() {
   return {1, [](const Draft&, const Isometry3d&) { return 0.0; }};

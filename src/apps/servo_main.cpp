@@ -1,9 +1,9 @@
 // vantage-servo SCENARIO: closes the visual servo loop over LCM until SIGINT or SIGTERM.
 // vantage-servo --replay LOG: does the same on recorded inputs and compares what comes out.
 //
-// Three threads: control (absolute deadlines), the link's own (receives), and the active camera's. A
-// fourth one only publishes what the control thread has put into a mailbox, so that no system call of
-// the network lies in the control period.
+// Four threads: control (absolute deadlines), the link's own (receives), the active camera's, and one that
+// only publishes what the control thread has put into a mailbox, so that no system call of the network
+// lies in the control period.
 
 #include <atomic>
 #include <iostream>
@@ -28,7 +28,6 @@
 namespace vantage {
 namespace {
 
-constexpr Duration kCameraPeriod = std::chrono::milliseconds(20);
 constexpr Duration kReportPeriod = std::chrono::milliseconds(20);
 
 struct Arguments {
@@ -228,7 +227,7 @@ class ServoProgram {
   void CameraLoop() {
     ServoSnapshot snapshot;
     CameraStep step;
-    RunPeriodic(kCameraPeriod, done_, [&] {
+    RunPeriodic(kCameraTaskPeriod, done_, [&] {
       if (!snapshot_.Take(&snapshot) || !snapshot.valid) return;
       step.output = camera_task_.Step(snapshot);
       ++step.step;

@@ -19,15 +19,11 @@ namespace {
 
 using Json = nlohmann::json;
 using test::ConfigErrorOf;
+using test::OraclePath;
 using test::RunProgram;
 
 Json Measured(const MeasureSetup& setup) {
   return Json::parse(ToJson(setup, Report(setup)));
-}
-
-std::string OraclePath() {
-  const char* other = std::getenv("VANTAGE_ORACLES");
-  return other != nullptr ? other : VANTAGE_TEST_DATA "/oracles.json";
 }
 
 double LargestDifference(const Json& a, const Json& b) {

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include "becomes_true.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/tcp_hub.h"
 #include "vantage/runtime/child_process.h"
@@ -21,20 +22,10 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using test::BecomesTrue;
 
 std::string Program(const std::string& name) {
   return std::string(VANTAGE_BIN) + "/" + name;
-}
-
-/// Waits until `condition` holds; false when it does not within `limit`.
-template <typename Condition>
-bool Eventually(Condition&& condition, Duration limit = seconds(30)) {
-  const Time end = Clock::now() + limit;
-  while (Clock::now() < end) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(milliseconds(2));
-  }
-  return condition();
 }
 
 /// A hub, and what the servo says on it.
@@ -112,22 +103,22 @@ TEST(Processes, ServoStopsWhenTheSimulatorDiesAndResumesWhenItIsBack) {
   Cell cell;
   auto sim = std::make_unique<ChildProcess>(cell.StartSim());
   ChildProcess servo = cell.StartServo();
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kServoing); }));
 
   sim->Signal(SIGKILL);
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kHolding); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kHolding); }));
   EXPECT_EQ(cell.status()->reason, HoldReason::kStaleJointState) << Name(cell.status()->reason);
   // 1.5 rad/s at 6 rad/s^2 and more: at rest well within a second.
-  EXPECT_TRUE(Eventually([&] { return cell.command().qdot.isZero(0.0); }));
+  EXPECT_TRUE(BecomesTrue([&] { return cell.command().qdot.isZero(0.0); }));
   EXPECT_EQ(cell.status()->stops, 1);
   // It stays at rest, alive, and goes on saying why.
   const std::int64_t seq = cell.status()->seq;
-  ASSERT_TRUE(Eventually([&] { return cell.status()->seq > seq + 100; }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.status()->seq > seq + 100; }));
   EXPECT_TRUE(cell.command().qdot.isZero(0.0));
   EXPECT_TRUE(cell.State(ServoState::kHolding));
 
   sim = std::make_unique<ChildProcess>(cell.StartSim());
-  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kConverged); }));
   EXPECT_EQ(cell.truth()->limit_violations, 0);
 }
 
@@ -135,11 +126,11 @@ TEST(Processes, ARestartedServoGoesOn) {
   Cell cell;
   ChildProcess sim = cell.StartSim();
   auto servo = std::make_unique<ChildProcess>(cell.StartServo());
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kServoing); }));
   servo->Signal(SIGKILL);
-  ASSERT_TRUE(Eventually([&] { return servo->Poll().has_value(); }));
+  ASSERT_TRUE(BecomesTrue([&] { return servo->Poll().has_value(); }));
   servo = std::make_unique<ChildProcess>(cell.StartServo());
-  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kConverged); }));
   EXPECT_EQ(cell.truth()->limit_violations, 0);
 }
 
@@ -149,7 +140,7 @@ TEST(Processes, AFloodOfGoodAndBadMessagesDoesNotDisturbTheServo) {
   Cell cell;
   ChildProcess sim = cell.StartSim();
   ChildProcess servo = cell.StartServo();
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kServoing); }));
   LcmLink flood({cell.url(), ""});
   flood.Start();
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -179,7 +170,7 @@ TEST(Processes, AFloodOfGoodAndBadMessagesDoesNotDisturbTheServo) {
     }
     if (sent % 5 == 0) std::this_thread::sleep_for(milliseconds(1));  // 5000 a second
   }
-  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kConverged); }));
   EXPECT_GT(cell.status()->refused_messages, sent / 2);
   EXPECT_EQ(cell.status()->stops, 0);
   EXPECT_EQ(cell.truth()->limit_violations, 0);
@@ -194,9 +185,9 @@ TEST(Processes, ASubscriberThatDoesNotReadStopsNobody) {
   ChildProcess logger(options);
   ChildProcess sim = cell.Start("vantage-sim", {"planar-good-view", "--image-rate", "30"});
   ChildProcess servo = cell.StartServo();
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kServoing); }));
   ASSERT_TRUE(logger.Signal(SIGSTOP));
-  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kConverged); }));
   EXPECT_EQ(cell.status()->stops, 0);
   EXPECT_EQ(cell.truth()->limit_violations, 0);
   ASSERT_TRUE(logger.Signal(SIGKILL));
@@ -210,13 +201,13 @@ TEST(Processes, AnArmOfItsOwnProgramIsServoedAndMissedWhenItDies) {
   ChildProcess sim =
       cell.Start("vantage-sim", {"planar-good-view", "--image-rate", "0", "--arm", "external"});
   ChildProcess servo = cell.StartServo();
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kServoing); }));
   velocity_arm->Signal(SIGKILL);
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kHolding); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kHolding); }));
   EXPECT_EQ(cell.status()->reason, HoldReason::kStaleJointState) << Name(cell.status()->reason);
-  ASSERT_TRUE(Eventually([&] { return velocity_arm->Poll().has_value(); }));
+  ASSERT_TRUE(BecomesTrue([&] { return velocity_arm->Poll().has_value(); }));
   velocity_arm = std::make_unique<ChildProcess>(arm());
-  EXPECT_TRUE(Eventually([&] { return cell.State(ServoState::kConverged); }));
+  EXPECT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kConverged); }));
   ASSERT_TRUE(cell.truth().has_value());
   EXPECT_LT(cell.truth()->worst_error, 0.005);
   EXPECT_EQ(cell.truth()->limit_violations, 0);
@@ -227,12 +218,12 @@ TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
   Cell cell;
   ChildProcess sim = cell.StartSim();
   ChildProcess servo = cell.StartServo();
-  ASSERT_TRUE(Eventually([&] { return cell.State(ServoState::kServoing); }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.State(ServoState::kServoing); }));
   servo.Signal(SIGTERM);
   const auto end = servo.WaitFor(seconds(10));
   ASSERT_TRUE(end.has_value());
   EXPECT_TRUE(end->success()) << end->ToString();
-  EXPECT_TRUE(Eventually([&] { return cell.command().qdot.isZero(0.0); }, seconds(2)));
+  EXPECT_TRUE(BecomesTrue([&] { return cell.command().qdot.isZero(0.0); }, seconds(2)));
   EXPECT_EQ(cell.status()->reason, HoldReason::kOperator);
 }
 

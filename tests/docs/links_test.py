@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Every link of a Markdown page leads to a file of the tree, and to a heading of it where it names one."""
+"""Every link of a Markdown page leads to a file of the tree, and to a heading of it where it names one. Every page is
+named by docs/index.md, and every picture is shown by some page."""
 
 import pathlib
 import re
@@ -32,5 +33,8 @@ found = [line for page in pages for line in broken(page)]
 named = set(re.findall(r"\(([\w-]+\.md)", (ROOT / "docs/index.md").read_text()))
 found += [f"docs/index.md: does not name {page.name}"
           for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in named | {"index.md"}]
+shown = {name for page in pages for name in re.findall(r"pictures/([\w-]+\.png)\)", page.read_text())}
+found += [f"docs/pictures/{picture.name}: no page shows it"
+          for picture in sorted((ROOT / "docs/pictures").glob("*.png")) if picture.name not in shown]
 print("\n".join(found) or f"{len(pages)} pages good")
 sys.exit(1 if found else 0)

@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <mutex>
-#include <thread>
 
 #include <gtest/gtest.h>
 

@@ -2,10 +2,8 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -15,6 +13,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "becomes_true.h"
+
 /// @file
 /// A client of an LCM hub that can say anything, written from the protocol and independent of the code
 /// under test.
@@ -22,17 +22,6 @@
 namespace vantage::test {
 
 using RawBytes = std::vector<std::uint8_t>;
-
-inline constexpr auto kPatience = std::chrono::seconds(30);  // Only a failing test uses it up.
-
-inline bool BecomesTrue(const std::function<bool()>& condition) {
-  const auto until = std::chrono::steady_clock::now() + kPatience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > until) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
 
 inline void Append(std::uint32_t word, RawBytes* bytes) {
   for (int shift = 24; shift >= 0; shift -= 8) {

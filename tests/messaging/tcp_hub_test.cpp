@@ -4,6 +4,7 @@
 #include <fstream>
 #include <random>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 #include <ifaddrs.h>

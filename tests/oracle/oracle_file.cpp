@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "oracles.h"
 #include "vantage/math/error.h"
 
 namespace vantage::test {
@@ -19,10 +20,9 @@ struct File {
 
 const File& TheFile() {
   static const File file = [] {
-    const char* other = std::getenv("VANTAGE_ORACLES");
     File read;
     try {
-      read.json = ReadJsonFile(other != nullptr ? other : VANTAGE_TEST_DATA "/oracles.json");
+      read.json = ReadJsonFile(OraclePath());
       if (!read.json.is_object()) read.error = "is not an object";
     } catch (const std::exception& error) {
       read.error = error.what();

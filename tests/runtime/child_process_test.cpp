@@ -5,14 +5,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <functional>
 #include <sstream>
-#include <thread>
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "becomes_true.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -20,8 +19,8 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-constexpr Duration kPatience = seconds(30);  // Only ever used up by a failing test.
+using test::BecomesTrue;
+using test::kPatience;
 
 ChildOptions Shell(const std::string& script) {
   ChildOptions options;
@@ -58,15 +57,6 @@ bool IsAlive(pid_t pid) {
   if (!std::getline(stat, line)) return false;
   const std::size_t state = line.rfind(')') + 2;
   return state < line.size() && line[state] != 'Z' && line[state] != 'X';
-}
-
-bool BecomesTrue(const std::function<bool()>& condition) {
-  const Time until = Clock::now() + kPatience;
-  while (!condition()) {
-    if (Clock::now() > until) return false;
-    std::this_thread::sleep_for(milliseconds(2));
-  }
-  return true;
 }
 
 TEST(ChildProcess, ReportsTheExitCode) {

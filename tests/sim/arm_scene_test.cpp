@@ -95,24 +95,25 @@ TEST(ArmScene, MarkersAreOnTheToolAndInTheWorld) {
   EXPECT_TRUE(scene.capsules[0].p_LB.isApprox(Vector3d(0.2, -0.1, 0.3)));
 }
 
+// Signed, of the cone from `origin` over all triangles; of a closed surface the same for every origin [m^3].
+double Volume(const TriangleMesh& mesh, const Vector3d& origin = Vector3d::Zero()) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const auto at = [&](std::size_t k) -> Vector3d {
+      return mesh.vertices[mesh.indices[i + k]].cast<double>() - origin;
+    };
+    sum += at(0).dot(at(1).cross(at(2))) / 6.0;
+  }
+  return sum;
+}
+
 TEST(Mesh, PrimitivesAreClosedAndFaceOutwards) {
   for (const TriangleMesh& mesh :
        {CapsuleMesh({0.1, 0.2, 0.3}, {0.4, 0.1, 0.9}, 0.1), CapsuleMesh({0, 0, 0}, {0, 0, 0}, 0.2),
         CylinderMesh({0, 0, 0}, {0.3, 0, 0.1}, 0.1, 0.02),
         CylinderMesh({0, 0, 0}, {0, 0, -1}, 0.1, 0.0), BoxMesh({0.1, 0.2, 0.3})}) {
-    // The divergence theorem: the volume of a closed surface is the same about any origin.
-    const auto volume = [&](const Vector3d& origin) {
-      double sum = 0.0;
-      for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-        const auto at = [&](std::size_t k) -> Vector3d {
-          return mesh.vertices[mesh.indices[i + k]].cast<double>() - origin;
-        };
-        sum += at(0).dot(at(1).cross(at(2))) / 6.0;
-      }
-      return sum;
-    };
-    EXPECT_GT(volume(Vector3d::Zero()), 0.0);
-    EXPECT_NEAR(volume(Vector3d::Zero()), volume({3.0, -2.0, 5.0}), 1e-5);
+    EXPECT_GT(Volume(mesh), 0.0);
+    EXPECT_NEAR(Volume(mesh), Volume(mesh, {3.0, -2.0, 5.0}), 1e-5);
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
       const auto vertex = [&](std::size_t k) { return mesh.vertices[mesh.indices[i + k]]; };
       const Eigen::Vector3f normal =
@@ -124,15 +125,8 @@ TEST(Mesh, PrimitivesAreClosedAndFaceOutwards) {
 
 TEST(Mesh, CapsuleHasItsVolume) {
   const TriangleMesh mesh = CapsuleMesh({0, 0, 0}, {0, 0, 0.5}, 0.1, 64);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const auto at = [&](std::size_t k) {
-      return mesh.vertices[mesh.indices[i + k]].cast<double>().eval();
-    };
-    sum += at(0).dot(at(1).cross(at(2))) / 6.0;
-  }
-  const double exact = 3.14159265358979 * (0.01 * 0.5 + 4.0 / 3.0 * 0.001);
-  EXPECT_NEAR(sum / exact, 1.0, 0.01);
+  const double exact = 2.0 * kHalfPi * (0.01 * 0.5 + 4.0 / 3.0 * 0.001);
+  EXPECT_NEAR(Volume(mesh) / exact, 1.0, 0.01);
 }
 
 }  // namespace

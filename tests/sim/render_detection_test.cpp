@@ -1,3 +1,5 @@
+// The detector on rendered pixels, with the renderer's own geometry as truth.
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -16,18 +18,16 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// @file
-/// The detector on rendered pixels, with the renderer's own geometry as truth.
-
-struct View_ {
+// A camera pose, and the scene that it sees.
+struct Shot {
   Isometry3d X_WC;
   SceneState state;
 };
 
 // The tool's markers from somewhere on a half sphere about the tool.
-View_ RandomView(std::mt19937* random) {
+Shot RandomView(std::mt19937* random) {
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  View_ view;
+  Shot view;
   view.state = test::ToyState(1.5 * uniform(*random), -0.9 + 0.5 * uniform(*random),
                               1.3 + 0.5 * uniform(*random));
   const Vector3d target = view.state.X_WE * Vector3d(0.09, 0.0, 0.0);
@@ -41,7 +41,7 @@ View_ RandomView(std::mt19937* random) {
   return view;
 }
 
-std::vector<MarkerPrediction> Predict(const CameraModel& camera, const View_& view,
+std::vector<MarkerPrediction> Predict(const CameraModel& camera, const Shot& view,
                                       const std::vector<Marker>& markers) {
   std::vector<MarkerPrediction> predictions;
   for (const Marker& marker : markers) {
@@ -81,7 +81,7 @@ TEST(RenderedMarkers, AreDetectedWhereTheModelPutsThem) {
   GreyImage image;
   MarkerDetections detections;
   for (int i = 0; i < 200; ++i) {
-    const View_ view = RandomView(&random);
+    const Shot view = RandomView(&random);
     renderer.RenderGrey(view.X_WC, view.state, &image);
     const auto predictions = Predict(renderer.camera(), view, markers);
     DetectMarkers(View(image), renderer.camera(), predictions, {}, &detections);
@@ -105,7 +105,7 @@ TEST(RenderedMarkers, AreDetectedThroughABentLens) {
   GreyImage image;
   MarkerDetections detections;
   for (int i = 0; i < 100; ++i) {
-    const View_ view = RandomView(&random);
+    const Shot view = RandomView(&random);
     renderer.RenderGrey(view.X_WC, view.state, &image);
     const auto predictions = Predict(camera, view, markers);
     DetectMarkers(View(image), camera, predictions, {}, &detections);
@@ -140,7 +140,7 @@ TEST(RenderedMarkers, AreRefusedWhenHidden) {
     IdImage ids_without;
     MarkerDetections detections;
     for (int i = 0; i < 60; ++i) {
-      View_ view = RandomView(&random);
+      Shot view = RandomView(&random);
       const Vector3d target = view.state.X_WE * Vector3d(0.09, 0.0, 0.0);
       Isometry3d& X_WL = view.state.X_WL[0];
       X_WL = Isometry3d(Eigen::AngleAxisd(3.0 * uniform(random), Vector3d::UnitX()));
@@ -185,7 +185,7 @@ TEST(RenderedMarkers, AreRefusedWhenClipped) {
   MarkerDetections detections;
   int refused = 0;
   for (int i = 0; i < 120; ++i) {
-    View_ view{X_WC, {}};
+    Shot view{X_WC, {}};
     view.state.X_WE.translation().x() = 0.74 + 0.001 * i;
     renderer.RenderGrey(view.X_WC, view.state, &image);
     const auto predictions = Predict(renderer.camera(), view, {marker});

@@ -19,7 +19,7 @@ class Faults {
   /// The inputs of one control period.
   void Spoil(PeriodInputs* inputs);
 
-  /// Of messages that must have been refused so far.
+  /// Messages that must have been refused so far.
   [[nodiscard]] std::int64_t to_be_refused() const noexcept { return to_be_refused_; }
   /// Faults so far, by name.
   [[nodiscard]] const std::map<std::string, int>& counts() const noexcept { return counts_; }

@@ -5,7 +5,6 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -14,6 +13,7 @@
 #include <random>
 #include <thread>
 
+#include "becomes_true.h"
 #include "memory.h"
 #include "soak_main.h"
 #include "temporary_folder.h"
@@ -134,15 +134,6 @@ void SendGarbage(Cell* cell, std::mt19937_64* random) {
   }
 }
 
-template <typename Condition>
-bool Eventually(const Condition& condition, Duration limit) {
-  for (const Time end = Clock::now() + limit; Clock::now() < end;) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(milliseconds(5));
-  }
-  return condition();
-}
-
 struct Fault {
   const char* name;
   std::function<void()> happen;
@@ -176,7 +167,7 @@ int Run(double minutes, std::uint64_t seed) {
          cell.StartServo();
        }}};
   std::vector<int> counts(faults.size());
-  if (!Eventually([&] { return cell.Works(); }, kRecovery)) {
+  if (!test::BecomesTrue([&] { return cell.Works(); }, kRecovery)) {
     std::printf("FAILED: the servo does not begin\n");
     return 1;
   }
@@ -194,7 +185,7 @@ int Run(double minutes, std::uint64_t seed) {
     faults[kind].happen();
     ++counts[kind];
     const Time fault_over = Clock::now();
-    const bool works = Eventually(
+    const bool works = test::BecomesTrue(
         [&] { return cell.Works() && cell.status()->stamp > fault_over + milliseconds(300); },
         kRecovery);
     longest = std::max(longest, ToSeconds(Clock::now() - fault_over));

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Completion finds the options and the built-in names of a program. Usage: completion_test.sh <bin folder>
+# Completion knows every program, and finds its options and built-in names. Usage: completion_test.sh <bin folder>
 set -euo pipefail
 PATH=$1:$PATH
 source "$(dirname "$0")/../../tools/completion.bash"
@@ -16,4 +16,7 @@ expect vantage-measure ur ur5
 COMPREPLY=()
 _vantage vantage-run --no-such-option
 [ ${#COMPREPLY[@]} -eq 0 ] || { echo "completes an option that is not there: ${COMPREPLY[*]}" >&2; exit 1; }
+for program in "$1"/vantage-*; do
+  complete -p "$(basename "$program")" >/dev/null || { echo "${program##*/} has no completion" >&2; exit 1; }
+done
 echo ok

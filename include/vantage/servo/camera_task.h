@@ -5,6 +5,9 @@
 
 namespace vantage {
 
+/// Time between two steps of a CameraTask, in vantage-servo and in lockstep.
+inline constexpr Duration kCameraTaskPeriod = std::chrono::milliseconds(20);
+
 /// The slow half of a servo: predicts where the task will end and lets the active camera decide. Runs
 /// beside the control period, on its snapshots.
 class CameraTask {

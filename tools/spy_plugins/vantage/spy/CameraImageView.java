@@ -45,12 +45,8 @@ final class CameraImageView extends ViewPlugin.View implements LCMSubscriber {
 
   CameraImageView(String channel) {
     imageChannel = channel;
-    featuresChannel = sibling(channel);
+    featuresChannel = ViewPlugin.sibling(channel, "CAMERA_IMAGE", "IMAGE_FEATURES");
     setPreferredSize(new Dimension(640, 480));
-  }
-
-  private static String sibling(String channel) {
-    return ViewPlugin.sibling(channel, "CAMERA_IMAGE", "IMAGE_FEATURES");
   }
 
   @Override
