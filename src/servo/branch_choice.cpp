@@ -27,8 +27,6 @@ constexpr double kFitSlack = 1.5;
 constexpr double kLimitRoom = 0.04;
 // Configurations of a way at which it is looked at closely.
 constexpr int kFineSamples = 33;
-// A marker's plate, in radii of its disc.
-constexpr double kPlate = 2.25;
 // A way passes a singularity where w of the markers' motion falls below this share of what it is at
 // either end.
 constexpr double kSingularShare = 0.1;
@@ -96,7 +94,7 @@ bool PlatesTouch(const std::vector<PlacedMarker>& arm_markers,
                  const std::vector<PlacedMarker>& goal_markers) noexcept {
   return std::any_of(goal_markers.begin(), goal_markers.end(), [&](const PlacedMarker& goal) {
     return std::any_of(arm_markers.begin(), arm_markers.end(), [&](const PlacedMarker& marker) {
-      return (marker.p_W - goal.p_W).norm() < kPlate * (marker.radius + goal.radius);
+      return (marker.p_W - goal.p_W).norm() < kPlateRadii * (marker.radius + goal.radius);
     });
   });
 }
