@@ -75,15 +75,28 @@ bool PassesSingularity(const std::vector<ArmSample>& motion) {
   });
 }
 
+// Whether there is less against `a` than against `b`. One that is out of reach loses.
+bool Better(const Branch& a, const Branch& b) {
+  const auto against = [](const Branch& branch) {
+    return std::tuple(branch.q.size() == 0, branch.at_limit, branch.touches_goal,
+                      branch.unwatchable, branch.passes_singularity, branch.time);
+  };
+  return against(a) < against(b);
+}
+
+// What the way to the branch has against it. Dearest last, and no further than it can still be better than
+// `best`: what is not judged yet counts as good.
 void JudgeWay(const ViewModel& view, const CameraRig& rig, const PlannerOptions& planner,
-              const BranchRequest& request, Branch* branch) {
+              const BranchRequest& request, const Branch& best, Branch* branch) {
   branch->time = TimeTo(view.arm, request.q, branch->q);
   branch->at_limit = AtLimit(view.arm, branch->q);
+  if (!Better(*branch, best)) return;
   const auto fine = SampleMotion(view, request.q, branch->q, kFineSamples);
   branch->touches_goal = std::any_of(fine.begin(), fine.end(), [&](const ArmSample& sample) {
     return PlatesTouch(sample.markers, request.goal_markers);
   });
   branch->passes_singularity = PassesSingularity(fine);
+  if (!Better(*branch, best)) return;
   const auto motion = SampleMotion(view, request.q, branch->q, planner.path_samples);
   branch->unwatchable = !CanWatch(view, rig, planner, motion, request.goal_markers, request.q_c);
 }
@@ -119,16 +132,12 @@ Branch ChooseBranch(const ViewModel& view, const CameraRig& rig, const PlannerOp
     found.push_back(other.q);
   }
   Branch best;
-  const auto against = [](const Branch& branch) {
-    return std::tuple(branch.at_limit, branch.touches_goal, branch.unwatchable,
-                      branch.passes_singularity, branch.time);
-  };
   for (const JointVector& q : found) {
     Branch branch;
     branch.q = q;
     branch.fit = first.rms_error;
-    JudgeWay(view, rig, planner, request, &branch);
-    if (best.q.size() == 0 || against(branch) < against(best)) best = branch;
+    JudgeWay(view, rig, planner, request, best, &branch);
+    if (Better(branch, best)) best = branch;
   }
   return best;
 }
