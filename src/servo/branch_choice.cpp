@@ -21,8 +21,6 @@ constexpr int kStarts = 10;
 constexpr double kSameBranch = 0.1;
 // A goal further from what the arm can reach than this is no prediction [m].
 constexpr double kReachable = 0.05;
-// Points that do not fit the arm's exactly never will: a solution this much worse than the first is one.
-constexpr double kFitSlack = 1.5;
 // A joint nearer to its limit than this is at it [rad or m].
 constexpr double kLimitRoom = 0.04;
 // Configurations of a way at which it is looked at closely.
