@@ -24,7 +24,7 @@ enum class ServoState : int {
   kRepositioning = 3,  ///< As kServoing, while the camera moves to a better view.
   kHolding = 4,        ///< At rest or coming to rest for the named reason; resumes by itself.
   kConverged = 5,      ///< Error below the tolerance for the settling time.
-  kFault = 6,          ///< At rest; does not resume until the operator has stopped and started it.
+  kFault = 6,          ///< At rest; ends only when the operator stops it: see Servo::SetEnabled().
 };
 
 /// Why a servo holds, or why it stopped.
