@@ -428,7 +428,6 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
   const PlacementSearch search = Effort(effort, space.size());
   Judge judge(model, space);
   PlacementResult result;
-  result.grid = search.grid;
   const auto tell = [&](const char* stage, double share, const Candidate* best) {
     if (!progress) return;
     std::optional<double> value;
@@ -445,7 +444,6 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
       space.size() == 0 ? std::vector<Candidate>(1) : FirstGrid(space, search.grid, nearest);
   if (space.size() == 0) grid[0].u.resize(0);
   judge.Frustum(grid.data(), static_cast<int>(grid.size()), BatchPrecision::kSingle);
-  for (const Candidate& c : grid) result.grid_feasible += c.violation == 0.0 ? 1 : 0;
   tell("grid", 0.1, nullptr);
 
   std::vector<Candidate> ends = Distinct(&grid, space, static_cast<std::size_t>(search.starts),
