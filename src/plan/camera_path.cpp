@@ -61,7 +61,7 @@ class SampleJudge {
                     view.obstacles ? margins_.facing[i] : kInfinity,
                     kInfinity};
       for (const BatchBox& box : problem.limits.keep_out) {
-        m[5] = std::min(m[5], DistanceToBox(box, places_[i]) - problem.limits.clearance);
+        Tighten(PlanLimit::kKeepOut, DistanceToBox(box, places_[i]) - problem.limits.clearance, &m);
       }
       const bool keeps = model_.Keeps(m);
       // A measure of nothing (log 0) is as bad as a broken limit.
