@@ -169,7 +169,9 @@ class ActiveCamera {
 [[nodiscard]] JointVector PredictJoints(const JointVector& q, const JointVector& qdot,
                                         const JointVector& q_goal, double ahead) noexcept;
 
-/// Name as printed: "NONE", "ARM", "NO_BETTER_VIEW", ...
+/// Names as printed and logged: "WATCHING", "LOW_MEASURE", "NO_BETTER_VIEW", ...
+[[nodiscard]] const char* Name(ActiveState state) noexcept;
+[[nodiscard]] const char* Name(ActiveReason reason) noexcept;
 [[nodiscard]] const char* Name(ActiveRefusal refusal) noexcept;
 
 }  // namespace vantage

@@ -61,9 +61,6 @@ inline constexpr int kNumInputFaults = static_cast<int>(InputFault::kFuture) + 1
 [[nodiscard]] const char* Name(ServoState state) noexcept;
 [[nodiscard]] const char* Name(HoldReason reason) noexcept;
 [[nodiscard]] const char* Name(LowCause cause) noexcept;
-[[nodiscard]] const char* Name(ActiveState state) noexcept;
-[[nodiscard]] const char* Name(ActiveReason reason) noexcept;
-[[nodiscard]] const char* Name(TriggerMeasure measure) noexcept;  ///< "w_c^(1/s)", "w_c", ...
 [[nodiscard]] const char* Name(InputFault fault) noexcept;  ///< "MALFORMED", "WRONG_SIZE", ...
 
 /// Live observability: content of the OBSERVABILITY channel.
