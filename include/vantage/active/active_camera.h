@@ -94,7 +94,7 @@ struct ActiveOutput {
   RigVector q_c;                                ///< Commanded rig coordinates.
   RigVector qdot_c;                             ///< Their rate [m/s, rad/s].
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Commanded camera pose.
-  Twist V_WC_C{Twist::Zero()};  ///< Twist of that pose: what the servo feeds forward.
+  Twist V_WC_C{Twist::Zero()};  ///< Its twist. The servo reads its own off the measured poses.
   JointVector q_goal;           ///< Joints the task is predicted to end at; empty: unknown.
   double trigger_value{0.0};    ///< The trigger's measure now.
   bool triggered{false};        ///< Below the threshold, hysteresis included.

@@ -91,7 +91,6 @@ class Servo {
   [[nodiscard]] const ServoOutput& Step(Time now) noexcept;
 
   [[nodiscard]] const ServoSnapshot& snapshot() const noexcept { return snapshot_; }
-  [[nodiscard]] const ServoTask& task() const noexcept { return task_; }
 
  private:
   static constexpr int kHistory = 512;
