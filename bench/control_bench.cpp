@@ -1,5 +1,5 @@
 // One control period beside ViSP's vpServo on the same task, in one run: from joints, camera pose and image points
-// to joint velocities, with all measures. BM_Execution* run it at 1 kHz under the real-time scheduler and report
+// to joint velocities, with all measures. BM_Execution runs it at 1 kHz under the real-time scheduler and reports
 // percentiles.
 
 #include <algorithm>

@@ -22,9 +22,9 @@
 #include <immintrin.h>
 #endif
 
+#include "cell.h"
 #include "vantage/camera/camera_rig.h"
 #include "vantage/observability/batch.h"
-#include "vantage/robot/arm_model.h"
 #include "vantage/robot/kinematics.h"
 
 namespace {
@@ -50,32 +50,11 @@ struct Motion {
   BatchObstacles obstacles;
 };
 
-ArmModel Puma(int joints) {
-  const double right = M_PI / 2.0;
-  std::vector<DhRow> rows{{JointKind::kRevolute, 0, 0.67183, 0, right, 0},
-                          {JointKind::kRevolute, 0, 0, 0.4318, 0, 0},
-                          {JointKind::kRevolute, 0, 0.15005, 0.0203, -right, 0},
-                          {JointKind::kRevolute, 0, 0.4318, 0, right, 0},
-                          {JointKind::kRevolute, 0, 0, 0, -right, 0},
-                          {JointKind::kRevolute, 0, 0, 0, 0, 0}};
-  rows.resize(joints);
-  std::vector<Capsule> capsules{{0, {0, 0, 0}, {0, -0.4, 0}, 0.1},
-                                {1, {-0.4318, 0, 0.1}, {0, 0, 0.1}, 0.08},
-                                {2, {0, 0, 0}, {0, 0, 0.35}, 0.06}};
-  Isometry3d tool = Isometry3d::Identity();
-  if (joints == 3) tool.translation().z() = 0.4318;
-  return ArmModel("puma", DhConvention::kStandard, rows,
-                  std::vector<JointLimits>(joints, {-3.0, 3.0, 1.0, 10.0}), Isometry3d::Identity(),
-                  tool, capsules);
-}
-
 Motion MakeMotion(int joints) {
-  const ArmModel arm = Puma(joints);
+  const ArmModel arm = test::Puma(joints);
   std::vector<Vector3d> p_E;
-  std::vector<BatchRow> rows;
   if (joints == 3) {
     p_E = {{0, 0, 0}, {0, 0.1, 0}};
-    rows = {{0, 0}, {0, 1}, {1, 0}};
   } else {
     p_E = {{0.05, 0.05, 0.1}, {-0.05, 0.05, 0.1}, {-0.05, -0.05, 0.1}, {0.05, -0.05, 0.1}};
   }
@@ -109,7 +88,7 @@ Motion MakeMotion(int joints) {
           samples,
           J_r,
           X_WE,
-          BatchScene(samples, BatchBody::kRigid, rows, 2.0),
+          BatchScene(samples, BatchBody::kRigid, test::PumaRows(joints), 2.0),
           BatchObstacles(sights, {}, 4.0, 2.0)};
 }
 

@@ -13,7 +13,7 @@ MODULES = {
     "runtime": ["math"],
     "observability": ["math", "camera"],
     "features": ["math", "camera"],
-    "control": ["math", "camera", "robot", "features", "observability"],
+    "control": ["math", "robot", "observability"],
     "active": ["math", "camera", "robot", "features", "observability"],
     "servo": ["math", "camera", "robot", "features", "observability", "control", "active"],
     "plan": ["math", "camera", "robot", "features", "observability", "active"],

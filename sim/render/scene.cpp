@@ -30,7 +30,8 @@ TriangleMesh MarkerPlate(const Marker& marker) {
   const double r = marker.radius;
   TriangleMesh plate;
   // Its face lies a little behind the marker.
-  Append(&plate, CylinderMesh({0.0, 0.0, -0.6 * r}, {0.0, 0.0, -0.02 * r}, 2.25 * r, 0.1 * r, 28),
+  Append(&plate,
+         CylinderMesh({0.0, 0.0, -0.6 * r}, {0.0, 0.0, -0.02 * r}, kPlateRadii * r, 0.1 * r, 28),
          MarkerFrame(marker));
   return plate;
 }

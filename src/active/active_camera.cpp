@@ -440,6 +440,34 @@ const ActiveOutput& ActiveCamera::Publish(const ActiveInputs& inputs) {
   return output_;
 }
 
+const char* Name(ActiveState state) noexcept {
+  switch (state) {
+    case ActiveState::kWatching:
+      return "WATCHING";
+    case ActiveState::kMoving:
+      return "MOVING";
+    case ActiveState::kDisabled:
+      return "DISABLED";
+  }
+  return "UNKNOWN";
+}
+
+const char* Name(ActiveReason reason) noexcept {
+  switch (reason) {
+    case ActiveReason::kNone:
+      return "NONE";
+    case ActiveReason::kLowMeasure:
+      return "LOW_MEASURE";
+    case ActiveReason::kMarkerLost:
+      return "MARKER_LOST";
+    case ActiveReason::kMarkerAtRisk:
+      return "MARKER_AT_RISK";
+    case ActiveReason::kStalled:
+      return "STALLED";
+  }
+  return "UNKNOWN";
+}
+
 const char* Name(ActiveRefusal refusal) noexcept {
   switch (refusal) {
     case ActiveRefusal::kNone:

@@ -39,6 +39,20 @@ double TriggerValue(TriggerMeasure measure, const Measure& composite) noexcept {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+const char* Name(TriggerMeasure measure) noexcept {
+  switch (measure) {
+    case TriggerMeasure::kGeometricMean:
+      return "w_c^(1/s)";
+    case TriggerMeasure::kCompositeW:
+      return "w_c";
+    case TriggerMeasure::kSigmaMin:
+      return "sigma_min";
+    case TriggerMeasure::kInverseCondition:
+      return "1/cond";
+  }
+  return "UNKNOWN";
+}
+
 TriggerState UpdateTrigger(const TriggerOptions& options, const TriggerState& state,
                            double value) noexcept {
   TriggerState next = state;

@@ -145,7 +145,7 @@ std::optional<PlacedCapsule> ObstacleTo(const PlacedMarker& marker,
   const double distance = DistanceToSegment(marker.p_W, capsule.p_WA, capsule.p_WB);
   if (distance <= capsule.radius + kFaceOffset) return std::nullopt;
   // Nearer than the ring is wide, the ring's own width would count as an obstacle everywhere.
-  const double ring = 2.0 * marker.radius;
+  const double ring = kRingRadii * marker.radius;
   PlacedCapsule body = capsule;
   body.radius += std::min(ring, std::max(0.0, 0.5 * (distance - capsule.radius)));
   return body;
@@ -163,15 +163,13 @@ bool IsHidden(const Vector3d& p_WC, const PlacedMarker& marker,
 
 bool IsCovered(const Vector3d& p_WC, const PlacedMarker& marker,
                const std::vector<PlacedMarker>& others) noexcept {
-  constexpr double kRing = 2.0;      // of the disc's radius
-  constexpr double kPlate = 2.25;    // likewise: the ring and its rim
   constexpr double kInPlane = 5e-4;  // [m]
-  const double ring = kRing * marker.radius;
+  const double ring = kRingRadii * marker.radius;
   const Vector3d& n = marker.normal_W;
   const Vector3d e1 = n.unitOrthogonal();
   const Vector3d e2 = n.cross(e1);
   for (const PlacedMarker& other : others) {
-    const double plate = kPlate * other.radius;
+    const double plate = kPlateRadii * other.radius;
     const double camera_above = other.normal_W.dot(p_WC - other.p_W);
     // Whether the ray from the camera to a point meets the plate before it meets the point.
     const auto covers = [&](const Vector3d& p_W) {

@@ -14,8 +14,8 @@ namespace vantage {
 
 /// Camera positions spread evenly over the rig's workspace: a Fibonacci sphere with varied radius,
 /// points along a rail, a low-discrepancy set in a box, a ball round the aim as far as an arm reaches it.
-/// Heads aim at aim_W; roll is that of q_c. The
-/// first one is q_c itself with its head aimed. Locked axes keep the value of q_c.
+/// Heads aim at aim_W; roll is that of q_c. The first one is q_c itself with its head aimed. Locked axes keep
+/// the value of q_c.
 [[nodiscard]] std::vector<RigVector> CandidatePositions(const CameraRig& rig, const RigVector& q_c,
                                                         const Eigen::Vector3d& aim_W, int count);
 

@@ -57,7 +57,7 @@ using SampleValues = std::array<SampleValue, kMaxPathSamples>;
 
 // Dimension that a Jacobian of a rigid end effector spans at most.
 int RankBound(const TaskJacobian& J) noexcept {
-  return static_cast<int>(std::min<Eigen::Index>({J.rows(), J.cols(), 6}));
+  return static_cast<int>(std::min<Eigen::Index>({J.rows(), J.cols(), kTaskDimension}));
 }
 
 // JᵀJ or JJᵀ, whichever is smaller.
@@ -129,7 +129,7 @@ class Scene {
     double log_threshold = std::log(trigger.threshold);
     if (trigger.measure == TriggerMeasure::kCompositeW) {
       const auto k = static_cast<int>(model.features.features().size());
-      log_threshold /= std::min({k, model.arm.size(), 6});
+      log_threshold /= std::min({k, model.arm.size(), kTaskDimension});
     }
     highest_ = log_threshold + std::log(options.cap);
     lowest_ = log_threshold + std::log(kWorthless);
@@ -627,22 +627,6 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
   plan.verdict =
       any_better ? PlanVerdict::kNoPath : (any_view ? PlanVerdict::kNoGain : PlanVerdict::kNoView);
   return plan;
-}
-
-const char* Name(PlanVerdict verdict) noexcept {
-  switch (verdict) {
-    case PlanVerdict::kMove:
-      return "MOVE";
-    case PlanVerdict::kNoGain:
-      return "NO_GAIN";
-    case PlanVerdict::kNoView:
-      return "NO_VIEW";
-    case PlanVerdict::kNoPath:
-      return "NO_PATH";
-    case PlanVerdict::kRigCannotMove:
-      return "RIG_CANNOT_MOVE";
-  }
-  return "?";
 }
 
 }  // namespace vantage

@@ -1,5 +1,6 @@
 #include "vantage/control/bounded_least_squares.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>

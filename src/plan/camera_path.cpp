@@ -1,8 +1,8 @@
 #include "vantage/plan/camera_path.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -61,7 +61,7 @@ class SampleJudge {
                     view.obstacles ? margins_.facing[i] : kInfinity,
                     kInfinity};
       for (const BatchBox& box : problem.limits.keep_out) {
-        m[5] = std::min(m[5], DistanceToBox(box, places_[i]) - problem.limits.clearance);
+        Tighten(PlanLimit::kKeepOut, DistanceToBox(box, places_[i]) - problem.limits.clearance, &m);
       }
       const bool keeps = model_.Keeps(m);
       // A measure of nothing (log 0) is as bad as a broken limit.
@@ -209,9 +209,7 @@ std::vector<RigVector> CoarsePath(const PlacementModel& model, const SearchSpace
                                   SampleJudge* judge) {
   const ArmMotion& motion = model.problem().motion;
   std::vector<RigVector> states{q_c_fixed};
-  std::vector<Eigen::Vector3d> places;
   for (int s = 1; s < search.states; ++s) states.push_back(space.ToRig(space.Spread(s)));
-  for (const RigVector& q_c : states) places.push_back(RigPose(space.rig(), q_c).translation());
   const auto S = static_cast<Eigen::Index>(states.size());
   const int stages = StagesFor(space, motion, search.states);
   // Stage of a sample: the node in time that is nearest.
@@ -227,9 +225,8 @@ std::vector<RigVector> CoarsePath(const PlacementModel& model, const SearchSpace
     worth.push_back(judge->At(i, here));
     if (i == motion.size() / 2) states = here;
   }
-  for (std::size_t s = 0; s < states.size(); ++s) {
-    places[s] = RigPose(space.rig(), states[s]).translation();
-  }
+  std::vector<Eigen::Vector3d> places;
+  for (const RigVector& q_c : states) places.push_back(RigPose(space.rig(), q_c).translation());
   MatrixXd value = MatrixXd::Zero(stages, S);
   for (int i = 0; i < motion.size(); ++i) {
     for (Eigen::Index s = 0; s < S; ++s) {
@@ -427,6 +424,7 @@ CameraPathResult PlanCameraPath(const PlacementModel& model, const PlacedCamera&
   result.fixed =
       Judge(model, std::vector<RigVector>(problem.motion.size(), best_fixed.q_c), &judge);
   result.path = result.fixed;
+  result.evaluations = judge.evaluations();
   if (space.size() == 0) return result;
   const auto tell = [&](double share) {
     if (progress) progress("camera path", share, result.path.value);

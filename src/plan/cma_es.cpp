@@ -9,7 +9,7 @@
 namespace vantage::plan {
 
 CmaEs::CmaEs(const SearchVector& start, double step, int lambda, std::uint64_t seed)
-    : lambda_(lambda), random_(seed), mean_(start), sigma_(step) {
+    : random_(seed), mean_(start), sigma_(step) {
   assert(lambda >= 4);
   const auto n = static_cast<double>(start.size());
   const int mu = lambda / 2;

@@ -16,8 +16,10 @@ namespace vantage::plan {
 /// @see N. Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv:1604.00772, 2016.
 class CmaEs {
  public:
-  /// @param start   Where the search begins. @param step  Standard deviation there; > 0.
+  /// @param start   Where the search begins.
+  /// @param step    Standard deviation there; > 0.
   /// @param lambda  Members of a generation; >= 4.
+  /// @param seed    Of its random numbers.
   CmaEs(const SearchVector& start, double step, int lambda, std::uint64_t seed);
 
   /// The next generation.
@@ -25,9 +27,7 @@ class CmaEs {
   /// @param order  Members of the generation, best first; mu() of them are looked at.
   void Tell(const std::vector<int>& order);
 
-  [[nodiscard]] int lambda() const noexcept { return lambda_; }
   [[nodiscard]] int mu() const noexcept { return static_cast<int>(weight_.size()); }
-  [[nodiscard]] const SearchVector& mean() const noexcept { return mean_; }
   /// Largest standard deviation along any direction.
   [[nodiscard]] double reach() const noexcept { return sigma_ * root_.maxCoeff(); }
 
@@ -36,7 +36,6 @@ class CmaEs {
                                      kMaxRigAxes, kMaxRigAxes>;
   void Decompose();
 
-  int lambda_;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
   std::vector<double> weight_;

@@ -137,16 +137,16 @@ class Judge {
     bool any = false;
     bool exact = true;
     for (int i = 0; i < count; ++i) {
-      const double back = -std::min(margins_[i][0], margins_[i][2]);
+      const double back = TooNear(margins_[i]);
       first[i].back = std::max(0.0, back) / model_.unit();
       if (!(back > 0.0)) continue;
       const RigVector moved = space_.StepBack(first[i].q_c, back + reserve);
       if (space_.step_axis() >= 0 && model_.problem().limits.keep_out.empty() &&
           model_.offsets().size() == 1) {
         const double by = moved(space_.step_axis()) - first[i].q_c(space_.step_axis());
-        margins_[i][0] += by;
-        margins_[i][1] -= by;
-        margins_[i][2] += by;
+        margins_[i][IndexOf(PlanLimit::kNear)] += by;
+        margins_[i][IndexOf(PlanLimit::kFar)] -= by;
+        margins_[i][IndexOf(PlanLimit::kImage)] += by;
       } else {
         exact = false;
       }
@@ -428,7 +428,6 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
   const PlacementSearch search = Effort(effort, space.size());
   Judge judge(model, space);
   PlacementResult result;
-  result.grid = search.grid;
   const auto tell = [&](const char* stage, double share, const Candidate* best) {
     if (!progress) return;
     std::optional<double> value;
@@ -445,7 +444,6 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
       space.size() == 0 ? std::vector<Candidate>(1) : FirstGrid(space, search.grid, nearest);
   if (space.size() == 0) grid[0].u.resize(0);
   judge.Frustum(grid.data(), static_cast<int>(grid.size()), BatchPrecision::kSingle);
-  for (const Candidate& c : grid) result.grid_feasible += c.violation == 0.0 ? 1 : 0;
   tell("grid", 0.1, nullptr);
 
   std::vector<Candidate> ends = Distinct(&grid, space, static_cast<std::size_t>(search.starts),
@@ -599,7 +597,7 @@ PlacementMap MapPlacements(const PlacementModel& model, const RigVector& q_c, in
   const int step = space.step_axis();
   if (step >= 0 && step != axis_x && step != axis_y) {
     for (std::size_t i = 0; i < map.cells.size(); ++i) {
-      const double back = -std::min(margins[i][0], margins[i][2]);
+      const double back = TooNear(margins[i]);
       if (back > 0.0) {
         map.cells[i].q_c = space.StepBack(map.cells[i].q_c, back + 1e-12 * model.unit());
       }

@@ -24,13 +24,17 @@ constexpr double kWorthless = -1e4;
 void Check(const PlacementProblem& problem) {
   Validate(problem.rig);
   if (problem.motion.size() == 0) Refuse("motion", "needs a sample");
+  const std::size_t arm_markers = problem.motion.samples.front().markers.size();
+  if (arm_markers == 0) Refuse("markers", "needs one on the arm");
   if (problem.q_c_start.size() != problem.rig.size()) {
-    Refuse("camera_rig", "start must have " + std::to_string(problem.rig.size()) + " coordinates");
+    Refuse("camera_rig", "start must have " + std::to_string(problem.rig.size()) +
+                             " coordinates, has " + std::to_string(problem.q_c_start.size()));
   }
   const PlanObjective& objective = problem.objective;
   if (!(objective.k_v >= 0.0) || !(objective.k_r >= 0.0) || !std::isfinite(objective.k_v) ||
       !std::isfinite(objective.k_r)) {
-    Refuse("objective", "k_v and k_r must be >= 0");
+    Refuse("objective", "k_v and k_r must be >= 0, are " + std::to_string(objective.k_v) + " and " +
+                            std::to_string(objective.k_r));
   }
   const bool sum = objective.quantity == PlanQuantity::kWeightedSum ||
                    objective.quantity == PlanQuantity::kProduct;
@@ -40,22 +44,35 @@ void Check(const PlacementProblem& problem) {
   if (sum && objective.measure != BatchMeasure::kW && objective.measure != BatchMeasure::kLogW) {
     Refuse("objective.measure", "eq. 23 has w or log w");
   }
-  if (problem.motion.samples.front().markers.size() + problem.scene_markers.size() > kMaxPoints) {
-    Refuse("markers", "of arm and scene must be " + std::to_string(kMaxPoints) + " at most");
+  const std::size_t all_markers = arm_markers + problem.scene_markers.size();
+  if (all_markers > kMaxPoints) {
+    Refuse("markers", "of arm and scene must be " + std::to_string(kMaxPoints) + " at most, are " +
+                          std::to_string(all_markers));
   }
   const PlanLimits& limits = problem.limits;
   if (!(limits.depth.min > 0.0) || !(limits.depth.max > limits.depth.min)) {
-    Refuse("limits.max_depth", "must be above min_depth, and that above 0 m");
+    Refuse("limits.max_depth", "must be above min_depth, and that above 0 m; they are " +
+                                   std::to_string(limits.depth.max) + " m and " +
+                                   std::to_string(limits.depth.min) + " m");
   }
   if (limits.focus && !(limits.focus->max > limits.focus->min)) {
-    Refuse("limits.focus", "must end farther than it begins");
+    Refuse("limits.focus", "must end farther than it begins, is " +
+                               std::to_string(limits.focus->min) + " m to " +
+                               std::to_string(limits.focus->max) + " m");
   }
-  if (!(limits.max_incidence > 0.0)) Refuse("limits.max_incidence", "must be > 0 rad");
-  if (!(limits.rim >= 0.0)) Refuse("limits.rim", "must be >= 0 m");
-  if (!(limits.clearance >= 0.0)) Refuse("limits.clearance", "must be >= 0 m");
+  const auto refuse_value = [](const char* key, const char* bound, double value) {
+    Refuse(key, std::string("must be ") + bound + ", is " + std::to_string(value));
+  };
+  if (!(limits.max_incidence > 0.0)) {
+    refuse_value("limits.max_incidence", "> 0 rad", limits.max_incidence);
+  }
+  if (!(limits.rim >= 0.0)) refuse_value("limits.rim", ">= 0 m", limits.rim);
+  if (!(limits.clearance >= 0.0)) refuse_value("limits.clearance", ">= 0 m", limits.clearance);
   const PoseUncertainty& uncertainty = problem.uncertainty;
   if (!(uncertainty.position >= 0.0) || !(uncertainty.rotation >= 0.0)) {
-    Refuse("robust", "standard deviations must be >= 0");
+    Refuse("robust", "standard deviations must be >= 0, are " +
+                         std::to_string(uncertainty.position) + " m and " +
+                         std::to_string(uncertainty.rotation) + " rad");
   }
 }
 
@@ -66,7 +83,9 @@ DepthLimits Tighter(const PlanLimits& limits) {
     depth.max = std::min(depth.max, limits.focus->max);
   }
   if (!(depth.max > depth.min)) {
-    Refuse("limits.focus", "ends before the least depth or begins behind the greatest");
+    Refuse("limits.focus", "ends before the least depth or begins behind the greatest: from " +
+                               std::to_string(depth.min) + " m to " + std::to_string(depth.max) +
+                               " m is left");
   }
   return depth;
 }
@@ -370,12 +389,12 @@ void CameraScorer::Frustum(BatchPrecision precision, std::vector<PlanMargins>* m
     PlanMargins& m = (*margins)[i];
     m = open;
     for (int j = i * poses; j < (i + 1) * poses; ++j) {
-      m[0] = std::min(m[0], batch_margins_.near[j]);
-      m[1] = std::min(m[1], batch_margins_.far[j]);
-      m[2] = std::min(m[2], batch_margins_.image[j]);
+      Tighten(PlanLimit::kNear, batch_margins_.near[j], &m);
+      Tighten(PlanLimit::kFar, batch_margins_.far[j], &m);
+      Tighten(PlanLimit::kImage, batch_margins_.image[j], &m);
     }
     for (const BatchBox& box : limits.keep_out) {
-      m[5] = std::min(m[5], DistanceToBox(box, p_WC_[i]) - limits.clearance);
+      Tighten(PlanLimit::kKeepOut, DistanceToBox(box, p_WC_[i]) - limits.clearance, &m);
     }
   }
 }
@@ -387,10 +406,10 @@ void CameraScorer::Obstacles(BatchPrecision precision, std::vector<PlanMargins>*
                             &batch_margins_);
   for (int i = 0; i < count_; ++i) {
     PlanMargins& m = (*margins)[i];
-    m[3] = m[4] = kInfinity;
+    m[IndexOf(PlanLimit::kHidden)] = m[IndexOf(PlanLimit::kFacing)] = kInfinity;
     for (int j = i * poses; j < (i + 1) * poses; ++j) {
-      m[3] = std::min(m[3], batch_margins_.occlusion[j]);
-      m[4] = std::min(m[4], batch_margins_.facing[j]);
+      Tighten(PlanLimit::kHidden, batch_margins_.occlusion[j], &m);
+      Tighten(PlanLimit::kFacing, batch_margins_.facing[j], &m);
     }
   }
 }

@@ -94,7 +94,8 @@ class Program {
   void Choose(const SearchVector& u, const PlanMargins& margins) {
     ChooseHalfSpaces(u);
     const double near = kNearSight * model_.unit();
-    if (margins[3] < near || margins[4] < near) ChooseSights(u);
+    if (margins[IndexOf(PlanLimit::kHidden)] < near || margins[IndexOf(PlanLimit::kFacing)] < near)
+      ChooseSights(u);
     ChooseKeepOut(u);
     if (worst_sample_) ChooseSamples(u);
   }

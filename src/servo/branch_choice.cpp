@@ -21,14 +21,10 @@ constexpr int kStarts = 10;
 constexpr double kSameBranch = 0.1;
 // A goal further from what the arm can reach than this is no prediction [m].
 constexpr double kReachable = 0.05;
-// Points that do not fit the arm's exactly never will: a solution this much worse than the first is one.
-constexpr double kFitSlack = 1.5;
 // A joint nearer to its limit than this is at it [rad or m].
 constexpr double kLimitRoom = 0.04;
 // Configurations of a way at which it is looked at closely.
 constexpr int kFineSamples = 33;
-// A marker's plate, in radii of its disc.
-constexpr double kPlate = 2.25;
 // A way passes a singularity where w of the markers' motion falls below this share of what it is at
 // either end.
 constexpr double kSingularShare = 0.1;
@@ -77,15 +73,28 @@ bool PassesSingularity(const std::vector<ArmSample>& motion) {
   });
 }
 
+// Whether there is less against `a` than against `b`. One that is out of reach loses.
+bool Better(const Branch& a, const Branch& b) {
+  const auto against = [](const Branch& branch) {
+    return std::tuple(branch.q.size() == 0, branch.at_limit, branch.touches_goal,
+                      branch.unwatchable, branch.passes_singularity, branch.time);
+  };
+  return against(a) < against(b);
+}
+
+// What the way to the branch has against it. Dearest last, and no further than it can still be better than
+// `best`: what is not judged yet counts as good.
 void JudgeWay(const ViewModel& view, const CameraRig& rig, const PlannerOptions& planner,
-              const BranchRequest& request, Branch* branch) {
+              const BranchRequest& request, const Branch& best, Branch* branch) {
   branch->time = TimeTo(view.arm, request.q, branch->q);
   branch->at_limit = AtLimit(view.arm, branch->q);
+  if (!Better(*branch, best)) return;
   const auto fine = SampleMotion(view, request.q, branch->q, kFineSamples);
   branch->touches_goal = std::any_of(fine.begin(), fine.end(), [&](const ArmSample& sample) {
     return PlatesTouch(sample.markers, request.goal_markers);
   });
   branch->passes_singularity = PassesSingularity(fine);
+  if (!Better(*branch, best)) return;
   const auto motion = SampleMotion(view, request.q, branch->q, planner.path_samples);
   branch->unwatchable = !CanWatch(view, rig, planner, motion, request.goal_markers, request.q_c);
 }
@@ -96,7 +105,7 @@ bool PlatesTouch(const std::vector<PlacedMarker>& arm_markers,
                  const std::vector<PlacedMarker>& goal_markers) noexcept {
   return std::any_of(goal_markers.begin(), goal_markers.end(), [&](const PlacedMarker& goal) {
     return std::any_of(arm_markers.begin(), arm_markers.end(), [&](const PlacedMarker& marker) {
-      return (marker.p_W - goal.p_W).norm() < kPlate * (marker.radius + goal.radius);
+      return (marker.p_W - goal.p_W).norm() < kPlateRadii * (marker.radius + goal.radius);
     });
   });
 }
@@ -121,16 +130,12 @@ Branch ChooseBranch(const ViewModel& view, const CameraRig& rig, const PlannerOp
     found.push_back(other.q);
   }
   Branch best;
-  const auto against = [](const Branch& branch) {
-    return std::tuple(branch.at_limit, branch.touches_goal, branch.unwatchable,
-                      branch.passes_singularity, branch.time);
-  };
   for (const JointVector& q : found) {
     Branch branch;
     branch.q = q;
     branch.fit = first.rms_error;
-    JudgeWay(view, rig, planner, request, &branch);
-    if (best.q.size() == 0 || against(branch) < against(best)) best = branch;
+    JudgeWay(view, rig, planner, request, best, &branch);
+    if (Better(branch, best)) best = branch;
   }
   return best;
 }

@@ -16,8 +16,6 @@ constexpr double kGoalMoved = 1e-3;
 constexpr double kSolved = 3e-3;
 // After a goal has moved by more than this, the branch taken for the last one means nothing [m].
 constexpr double kGoalElsewhere = 0.03;
-// Points that do not fit the arm's exactly never will: a solution this much worse than the last is one.
-constexpr double kFitSlack = 1.5;
 // A servo that stalls with a larger error than this [px], for so many steps, is stuck.
 constexpr double kStuckError = 3.0;
 constexpr int kStuckSteps = 200;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "vantage/math/error.h"
 #include "vantage/servo/layout_fit.h"
@@ -83,6 +84,14 @@ double Age(Time now, Time stamp) {
   return ToSeconds(now - stamp);
 }
 
+// The average over about `time` seconds after one more value, `age` seconds after the last one. The value itself
+// after a long gap, and where it is off by more than `jump`.
+Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age, double time,
+                  double jump) {
+  if (age > 3.0 * time || (measured - average).norm() > jump) return measured;
+  return average + age / (age + time) * (measured - average);
+}
+
 // Matrices of `b` without rows stay so: only its values were asked for.
 void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
   if (a->size() == b->size() &&
@@ -136,11 +145,17 @@ void CheckSizes(const ServoTask& task, const ServoOptions& options) {
     fail("features", "are over " + std::to_string(task.view.features.num_points()) +
                          " points, markers are " + std::to_string(count));
   }
-  if (task.goal.p_WG.size() != count) fail("goal", "needs one point for each marker");
-  if (!task.goal.marker_ids.empty() && task.goal.marker_ids.size() != count) {
-    fail("goal", "needs one marker id for each marker, or none");
+  if (task.goal.p_WG.size() != count) {
+    fail("goal", "needs one point for each of the " + std::to_string(count) + " markers, has " +
+                     std::to_string(task.goal.p_WG.size()));
   }
-  if (!(task.goal.prior_sigma > 0.0)) fail("goal.prior_sigma", "must be > 0 m");
+  if (!task.goal.marker_ids.empty() && task.goal.marker_ids.size() != count) {
+    fail("goal", "needs one marker id for each of the " + std::to_string(count) +
+                     " markers, or none, has " + std::to_string(task.goal.marker_ids.size()));
+  }
+  if (!(task.goal.prior_sigma > 0.0)) {
+    fail("goal.prior_sigma", "must be > 0 m, is " + std::to_string(task.goal.prior_sigma));
+  }
   if (!(options.period >= 0.0005 && options.period <= 0.1)) {
     fail("servo.period", "must be in [0.0005, 0.1] s, is " + std::to_string(options.period));
   }
@@ -267,13 +282,6 @@ void Servo::PredictState(Time now) noexcept {
   X_WC_measured_ = camera_moves_ ? Advance(poses_.newest(), pose_age * V_WC_C_) : poses_.newest();
   X_WC_ = X_WC_measured_ * calibration_.X_CTrue();
   kinematics_ = ComputeKinematics(task_.view.arm, q_);
-}
-
-// The part of the difference `measured` that is believed at once, `age` seconds after the last one.
-Vector2d Averaged(const Vector2d& average, const Vector2d& measured, double age, double time,
-                  double jump) {
-  if (age > 3.0 * time || (measured - average).norm() > jump) return measured;
-  return average + age / (age + time) * (measured - average);
 }
 
 // Compares the newest image with the model at its exposure. What differs is carried to now: that
@@ -749,10 +757,9 @@ bool Servo::ArmFollows() noexcept {
 
 // Why an arm that no longer gets nearer stands, if it does.
 HoldReason Servo::WhyStanding() const noexcept {
-  const auto& limits = limits_;
   bool at_limit = false;
   for (int i = 0; i < qdot_.size(); ++i) {
-    const JointLimits& limit = limits[static_cast<std::size_t>(i)];
+    const JointLimits& limit = limits_[static_cast<std::size_t>(i)];
     if (std::abs(qdot_(i)) > kStands * limit.velocity) return HoldReason::kNone;
     const double room = std::min(q_(i) - limit.lower, limit.upper - q_(i));
     at_limit = at_limit || room < kAtLimit * (limit.upper - limit.lower);

@@ -105,46 +105,4 @@ const char* Name(LowCause cause) noexcept {
   return "UNKNOWN";
 }
 
-const char* Name(ActiveState state) noexcept {
-  switch (state) {
-    case ActiveState::kWatching:
-      return "WATCHING";
-    case ActiveState::kMoving:
-      return "MOVING";
-    case ActiveState::kDisabled:
-      return "DISABLED";
-  }
-  return "UNKNOWN";
-}
-
-const char* Name(ActiveReason reason) noexcept {
-  switch (reason) {
-    case ActiveReason::kNone:
-      return "NONE";
-    case ActiveReason::kLowMeasure:
-      return "LOW_MEASURE";
-    case ActiveReason::kMarkerLost:
-      return "MARKER_LOST";
-    case ActiveReason::kMarkerAtRisk:
-      return "MARKER_AT_RISK";
-    case ActiveReason::kStalled:
-      return "STALLED";
-  }
-  return "UNKNOWN";
-}
-
-const char* Name(TriggerMeasure measure) noexcept {
-  switch (measure) {
-    case TriggerMeasure::kGeometricMean:
-      return "w_c^(1/s)";
-    case TriggerMeasure::kCompositeW:
-      return "w_c";
-    case TriggerMeasure::kSigmaMin:
-      return "sigma_min";
-    case TriggerMeasure::kInverseCondition:
-      return "1/cond";
-  }
-  return "UNKNOWN";
-}
-
 }  // namespace vantage

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <iostream>
 #include <set>
+#include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -62,7 +63,11 @@ int Size(const std::string& path, const Entry& entry, int in_use) {
     throw ConfigError(path, entry.key, "missing, and the image size is not known otherwise");
   }
   const int size = entry.node.isInt() ? static_cast<int>(entry.node) : 0;
-  if (size < 16 || size > 8192) throw ConfigError(path, entry.key, "must be in [16, 8192] px");
+  if (size < 16 || size > 8192) {
+    throw ConfigError(path, entry.key,
+                      "must be in [16, 8192] px, is " +
+                          (entry.node.isInt() ? std::to_string(size) : "no integer"));
+  }
   if (in_use > 0 && size != in_use) {
     throw ConfigError(path, entry.key,
                       "is " + std::to_string(size) + " px, but the images in use have " +
@@ -125,10 +130,15 @@ CameraModel ReadOpenCv(const std::string& path, const std::string& text, int wid
                           "radial-tangential lenses are supported");
       }
     }
-    if (d.size() < 4) throw ConfigError(path, lens.key, "must hold 4 or 5 coefficients");
+    if (d.size() < 4) {
+      throw ConfigError(path, lens.key,
+                        "must hold 4 or 5 coefficients, holds " + std::to_string(d.size()));
+    }
     d.resize(5, 0.0);
     for (const double value : d) {
-      if (std::abs(value) > 10.0) throw ConfigError(path, lens.key, "must be in [-10, 10]");
+      if (std::abs(value) > 10.0) {
+        throw ConfigError(path, lens.key, "must be in [-10, 10], is " + std::to_string(value));
+      }
     }
     camera.distortion = {d[0], d[1], d[2], d[3], d[4]};
   }

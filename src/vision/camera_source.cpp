@@ -33,7 +33,7 @@ class Video : public CameraSource {
     }
     if (kind_ == Kind::kFile && std::filesystem::is_directory(source_, error)) {
       throw ConfigError(
-          "", "--source",
+          "", "source",
           source_ + " is a folder: name its images by a pattern, " + source_ + "/%05d.png");
     }
     if (!Open()) {

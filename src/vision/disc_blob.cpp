@@ -4,7 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "vantage/vision/disc_image.h"
 
 namespace vantage {
 namespace {
@@ -326,13 +329,6 @@ Moments WeightedMoments(const Rising& rising, const Runs& runs, int margin, cons
   Moments moments = Centre(s, origin);
   moments.edge = edge;
   return moments;
-}
-
-// Semi-axes of an ellipse given by its Σ, the shorter first.
-Vector2d SemiAxes(const Matrix2d& shape) noexcept {
-  const double mean = 0.5 * shape.trace();
-  const double half = std::sqrt(std::max(0.0, mean * mean - shape.determinant()));
-  return {std::sqrt(std::max(0.0, mean - half)), std::sqrt(mean + half)};
 }
 
 // Ramanujan's approximation; its error is below 1e-3 for axes up to 1 : 5.

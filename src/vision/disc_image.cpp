@@ -1,8 +1,10 @@
 #include "vantage/vision/disc_image.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "vantage/camera/pinhole.h"
@@ -51,6 +53,12 @@ void BendImage(const CameraModel& camera, const Vector2d& n_centre, const Matrix
 }
 
 }  // namespace
+
+Vector2d SemiAxes(const Matrix2d& shape) noexcept {
+  const double mean = 0.5 * shape.trace();
+  const double half = std::sqrt(std::max(0.0, mean * mean - shape.determinant()));
+  return {std::sqrt(std::max(0.0, mean - half)), std::sqrt(mean + half)};
+}
 
 PlaneAxes AxesOfPlane(const Vector3d& normal) noexcept {
   const Vector3d e1 = normal.unitOrthogonal();

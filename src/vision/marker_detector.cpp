@@ -7,13 +7,10 @@
 #include <tuple>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 namespace vantage {
 namespace {
 
 using Eigen::Isometry3d;
-using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
 // Discs seen more obliquely than this are not looked for anywhere.
@@ -21,13 +18,6 @@ constexpr double kLeastCosIncidence = 0.12;
 
 int Round(double value) noexcept {
   return static_cast<int>(std::lround(std::clamp(value, -1e8, 1e8)));
-}
-
-// Semi-axes of an ellipse given by its Σ, the shorter first.
-Vector2d SemiAxes(const Matrix2d& shape) noexcept {
-  const double mean = 0.5 * shape.trace();
-  const double half = std::sqrt(std::max(0.0, mean * mean - shape.determinant()));
-  return {std::sqrt(std::max(0.0, mean - half)), std::sqrt(mean + half)};
 }
 
 double SearchMargin(const MarkerPrediction& prediction, const DetectorOptions& options) noexcept {

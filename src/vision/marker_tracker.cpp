@@ -87,24 +87,20 @@ void MarkerTracker::Correct(const std::vector<MarkerPrediction>& predictions, Ti
   }
 }
 
-// A group none of whose expected markers was seen last time cannot be followed: look everywhere, but not
-// all the time.
+// A marker that should be seen and was not last time cannot be followed: look everywhere, but not all the
+// time.
 bool MarkerTracker::WantsWholeImage(Time exposure) const {
   if (tags_) return true;
   if (last_acquisition_ != Time::min() &&
       ToSeconds(exposure - last_acquisition_) < options_.retry_interval) {
     return false;
   }
-  const auto seen = [&](int id) {
-    for (const Track_& track : tracks_) {
-      if (track.id == id) return track.seen;
-    }
-    return false;
-  };
-  for (const MarkerPrediction& prediction : corrected_) {
-    if (prediction.expected && !seen(prediction.id)) return true;
-  }
-  return false;
+  return std::any_of(corrected_.begin(), corrected_.end(), [&](const MarkerPrediction& prediction) {
+    return prediction.expected &&
+           std::none_of(tracks_.begin(), tracks_.end(), [&](const Track_& track) {
+             return track.id == prediction.id && track.seen;
+           });
+  });
 }
 
 const MarkerTracker::SearchPlan& MarkerTracker::Plan(
@@ -155,7 +151,6 @@ const MarkerDetections& MarkerTracker::Track(const GreyView& image,
   Detect(image, whole_image, exposure);
   Learn(predictions, exposure);
   last_exposure_ = exposure;
-  ++images_;
   return detections_;
 }
 

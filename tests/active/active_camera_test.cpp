@@ -328,7 +328,6 @@ TEST(ActiveCamera, GuardStopsBeforeLosingMarker) {
   // faces sideways.
   const Isometry3d X_WC = loop.output_.X_WC;
   PlacedMarker marker{{0.3, 0.3, 0.1}, Vector3d::UnitX(), 0.03};
-  marker.normal_W = (X_WC.translation() - marker.p_W).cross(Vector3d::UnitZ()).normalized();
   const Vector3d ray = (X_WC.translation() - marker.p_W).normalized();
   const Vector3d ahead = (X_WC.linear() * loop.output_.V_WC_C.head<3>()).normalized();
   // Oblique by almost the limit, and more so further on.

@@ -20,31 +20,25 @@ RigPath RandomPath(const CameraRig& rig, bool straight, std::mt19937* random) {
                   : RigPath::Parabola(start, test::RandomRig(rig, random), end);
 }
 
-// What a motion did, at every step.
-struct Record {
-  std::vector<RigVector> q_c;
-  std::vector<double> time;
-};
-
-// Every bound, exactly, over one record with even steps.
-void ExpectWithinBounds(const CameraRig& rig, const Record& record, double dt) {
+// Every bound, exactly, over the coordinates after each of even steps.
+void ExpectWithinBounds(const CameraRig& rig, const std::vector<RigVector>& record, double dt) {
   const double room = 1.0 + 1e-9;
-  for (std::size_t i = 0; i < record.q_c.size(); ++i) {
-    const RigVector& q_c = record.q_c[i];
+  for (std::size_t i = 0; i < record.size(); ++i) {
+    const RigVector& q_c = record[i];
     for (int a = 0; a < rig.size(); ++a) {
       ASSERT_GE(q_c(a), rig.axes[a].lower - 1e-12);
       ASSERT_LE(q_c(a), rig.axes[a].upper + 1e-12);
     }
     if (i == 0) continue;
-    const RigVector step = q_c - record.q_c[i - 1];
+    const RigVector step = q_c - record[i - 1];
     for (int a = 0; a < rig.size(); ++a) {
       ASSERT_LE(std::abs(step(a)), rig.axes[a].max_speed * dt * room) << "step " << i;
     }
     const double moved =
-        (RigPose(rig, q_c).translation() - RigPose(rig, record.q_c[i - 1]).translation()).norm();
+        (RigPose(rig, q_c).translation() - RigPose(rig, record[i - 1]).translation()).norm();
     ASSERT_LE(moved, rig.max_linear_speed * dt * room) << "step " << i;
     if (i == 1) continue;
-    const RigVector change = step - (record.q_c[i - 1] - record.q_c[i - 2]);
+    const RigVector change = step - (record[i - 1] - record[i - 2]);
     for (int a = 0; a < rig.size(); ++a) {
       // Positions are rounded at 1e-16, their second differences at 4e-16 / dt².
       ASSERT_LE(std::abs(change(a)), rig.axes[a].max_acceleration * dt * dt * room + 1e-14)
@@ -134,13 +128,13 @@ TEST_P(RigMotionSteps, KeepEveryBoundAndArrive) {
   for (int trial = 0; trial < 60; ++trial) {
     RigMotion motion(rig, RandomPath(rig, trial % 2 == 0, &random));
     const double expected = motion.duration();
-    Record record{{motion.q_c(), motion.q_c()}, {}};
+    std::vector<RigVector> record{motion.q_c(), motion.q_c()};
     int steps = 0;
     while (!motion.Done() && ++steps < 100000) {
       motion.Step(dt, false);
-      record.q_c.push_back(motion.q_c());
+      record.push_back(motion.q_c());
     }
-    record.q_c.push_back(motion.q_c());
+    record.push_back(motion.q_c());
     ASSERT_TRUE(motion.Done());
     EXPECT_TRUE(test::Near(motion.q_c(), motion.path().end(), 1e-5));
     ExpectWithinBounds(rig, record, dt);
@@ -156,13 +150,13 @@ TEST_P(RigMotionSteps, KeepEveryBoundWhileBrakingAndGoingOn) {
   std::mt19937 random(43);
   for (int trial = 0; trial < 60; ++trial) {
     RigMotion motion(rig, RandomPath(rig, trial % 2 == 0, &random));
-    Record record{{motion.q_c(), motion.q_c()}, {}};
+    std::vector<RigVector> record{motion.q_c(), motion.q_c()};
     bool brake = false;
     int steps = 0;
     while (!motion.Done() && ++steps < 100000) {
       if (std::uniform_int_distribution<int>(0, 15)(random) == 0) brake = !brake && steps < 2000;
       motion.Step(dt, brake);
-      record.q_c.push_back(motion.q_c());
+      record.push_back(motion.q_c());
     }
     ASSERT_TRUE(motion.Done());
     ExpectWithinBounds(rig, record, dt);

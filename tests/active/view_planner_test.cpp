@@ -134,7 +134,6 @@ TEST_P(EveryCell, SettlesAfterOneMove) {
   EXPECT_LE(second_moves, first_moves / 5);
 }
 
-// Above the cap a view is good enough, though nearer ones would measure more.
 // Rigs of every kind about the three-joint and the six-joint arm.
 struct NamedRig {
   const char* name;
@@ -217,6 +216,7 @@ TEST(PlanView, PanTiltBringsMarkersToSight) {
   EXPECT_TRUE(test::SeesAllByMarching(cell.model, sample, RigPose(rig, plan.path.end()), 20.0));
 }
 
+// Above the cap a view is good enough, though nearer ones would measure more.
 TEST(PlanView, KeepsGoodEnoughView) {
   const test::Cell cell = test::Planar2();
   PlanRequest request;
@@ -444,6 +444,7 @@ TEST(PlanView, SparesAMarkerWhereItMay) {
 TEST(PlanView, RaisesTheMeasureNamed) {
   const test::Cell cell = test::Puma560();
   std::mt19937 random(55);
+  int moves = 0;
   for (int trial = 0; trial < 5; ++trial) {
     test::Task task = test::DrawTask(cell, 70.0, &random);
     task.q_goal = task.q;
@@ -460,9 +461,11 @@ TEST(PlanView, RaisesTheMeasureNamed) {
       trigger.threshold = 2.0 * now;
       const ViewPlan plan = PlanView(cell.model, cell.rig, trigger, {}, RequestFor(task));
       if (plan.verdict != PlanVerdict::kMove) continue;
+      ++moves;
       EXPECT_GT(value(measure, plan.path.end()), now) << static_cast<int>(measure);
     }
   }
+  EXPECT_GE(moves, 10);
 }
 
 TEST(ScoreView, IsMeanLogarithmBetweenFloorAndCap) {
@@ -522,6 +525,7 @@ TEST(ValidatePlanner, RefusesEachCause) {
       [](PlannerOptions* o) { o->travel_cost = -0.1; },
       [](PlannerOptions* o) { o->cap = 1.0; },
       [](PlannerOptions* o) { o->min_gain = -0.1; },
+      [](PlannerOptions* o) { o->max_mm_per_px = 0.0; },
       [](PlannerOptions* o) { o->limits.margin = -1.0; },
       [](PlannerOptions* o) { o->limits.min_depth = 0.0; },
       [](PlannerOptions* o) { o->limits.max_depth = 0.2; },

@@ -140,11 +140,9 @@ TEST(SampleArm, IntoStorageDoesNotAllocate) {
   const test::AllocationGuard guard;
   SampleArm(cell.model, q, &sample);
   const TaskJacobian J = CompositeJacobian(cell.model, sample, X_WC);
-  const ViewFault fault =
-      CheckMarker(cell.model.camera, {}, X_WC, sample.markers[0], sample.capsules);
+  (void)CheckMarker(cell.model.camera, {}, X_WC, sample.markers[0], sample.capsules);
   EXPECT_EQ(guard.count(), 0u);
   EXPECT_EQ(J.rows(), 8);
-  EXPECT_GE(static_cast<int>(fault), 0);
 }
 
 // The camera at the origin looks along Wz at a marker that faces it from 1 m.
@@ -170,6 +168,44 @@ TEST_P(CheckMarkerFinds, OneFault) {
       << Name(GetParam().fault);
 }
 
+using Capsules = std::vector<PlacedCapsule>;
+
+INSTANTIATE_TEST_SUITE_P(
+    Faults, CheckMarkerFinds,
+    ::testing::Values(
+        FaultCase{"Behind", ViewFault::kBehind,
+                  [](PlacedMarker* m, Capsules*) { m->p_W.z() = -1.0; }},
+        FaultCase{"TooNear", ViewFault::kTooNear,
+                  [](PlacedMarker* m, Capsules*) { m->p_W = Vector3d(0.0, 0.0, 0.29); }},
+        FaultCase{"TooFar", ViewFault::kTooFar,
+                  [](PlacedMarker* m, Capsules*) { m->p_W = Vector3d(0.0, 0.0, 20.1); }},
+        FaultCase{"OutOfImage", ViewFault::kOutOfImage,
+                  [](PlacedMarker* m, Capsules*) { m->p_W.x() = 0.51; }},
+        FaultCase{"FacesAway", ViewFault::kFacesAway,
+                  [](PlacedMarker* m, Capsules*) { m->normal_W = Vector3d(0.0, 0.0, 1.0); }},
+        FaultCase{"Oblique", ViewFault::kFacesAway,
+                  [](PlacedMarker* m, Capsules*) {
+                    m->normal_W = Vector3d(std::sin(1.4), 0.0, -std::cos(1.4));
+                  }},
+        FaultCase{"TooSmall", ViewFault::kTooSmall,
+                  [](PlacedMarker* m, Capsules*) { m->radius = 0.003; }},  // 1.8 px
+        FaultCase{"Hidden", ViewFault::kHidden,
+                  [](PlacedMarker*, Capsules* c) {
+                    c->push_back({{-1.0, 0.0, 0.5}, {1.0, 0.0, 0.5}, 0.05, 0});
+                  }},
+        FaultCase{"RingHidden", ViewFault::kHidden,
+                  [](PlacedMarker*, Capsules* c) {
+                    // The ray to the centre passes at 0.06 m, the ring reaches 0.02 m further.
+                    c->push_back({{-1.0, 0.05, 0.5}, {1.0, 0.05, 0.5}, 0.05, 0});
+                  }},
+        FaultCase{
+            "OrderIsAsDocumented", ViewFault::kTooNear,
+            [](PlacedMarker* m, Capsules* c) {
+              *m = {{0.3, 0.0, 0.2}, {0.0, 0.0, 1.0}, 0.01};  // Too near, out of image, turned
+              c->push_back({{-1.0, 0.0, 0.1}, {1.0, 0.0, 0.1}, 0.05, 0});  // and hidden.
+            }}),
+    [](const auto& test) { return std::string(test.param.name); });
+
 // A plate 5 cm before the marker, towards the camera, covers what it overlaps in the image; one behind it, or beside
 // it in the same plane, covers nothing.
 TEST(IsCovered, ByAPlateThatStandsBefore) {
@@ -190,42 +226,6 @@ TEST(IsCovered, ByAPlateThatStandsBefore) {
   EXPECT_FALSE(covered({0.0, 0.0, 0.05}));
   EXPECT_FALSE(covered({0.045, 0.0, 0.0}));
 }
-
-using Capsules = std::vector<PlacedCapsule>;
-
-INSTANTIATE_TEST_SUITE_P(
-    Faults, CheckMarkerFinds,
-    ::testing::Values(
-        FaultCase{"Behind", ViewFault::kBehind,
-                  [](PlacedMarker* m, Capsules*) { m->p_W.z() = -1.0; }},
-        FaultCase{"TooNear", ViewFault::kTooNear,
-                  [](PlacedMarker* m, Capsules*) { m->p_W = Vector3d(0.0, 0.0, 0.29); }},
-        FaultCase{"TooFar", ViewFault::kTooFar,
-                  [](PlacedMarker* m, Capsules*) { m->p_W = Vector3d(0.0, 0.0, 20.1); }},
-        FaultCase{"OutOfImage", ViewFault::kOutOfImage,
-                  [](PlacedMarker* m, Capsules*) { m->p_W.x() = 0.51; }},
-        FaultCase{"FacesAway", ViewFault::kFacesAway,
-                  [](PlacedMarker* m, Capsules*) { m->normal_W = Vector3d(0.0, 0.0, 1.0); }},
-        FaultCase{"Oblique", ViewFault::kFacesAway,
-                  [](PlacedMarker* m, Capsules*) {
-                    m->normal_W = Vector3d(std::sin(1.4), 0.0, -std::cos(1.4));
-                  }},
-        FaultCase{"Hidden", ViewFault::kHidden,
-                  [](PlacedMarker*, Capsules* c) {
-                    c->push_back({{-1.0, 0.0, 0.5}, {1.0, 0.0, 0.5}, 0.05, 0});
-                  }},
-        FaultCase{"RingHidden", ViewFault::kHidden,
-                  [](PlacedMarker*, Capsules* c) {
-                    // The ray to the centre passes at 0.06 m, the ring reaches 0.02 m further.
-                    c->push_back({{-1.0, 0.05, 0.5}, {1.0, 0.05, 0.5}, 0.05, 0});
-                  }},
-        FaultCase{
-            "OrderIsAsDocumented", ViewFault::kTooNear,
-            [](PlacedMarker* m, Capsules* c) {
-              *m = {{0.3, 0.0, 0.2}, {0.0, 0.0, 1.0}, 0.01};  // Too near, out of image, turned
-              c->push_back({{-1.0, 0.0, 0.1}, {1.0, 0.0, 0.1}, 0.05, 0});  // and hidden.
-            }}),
-    [](const auto& test) { return std::string(test.param.name); });
 
 TEST(CheckMarker, CarrierHidesOnlyFromBehind) {
   const CameraModel camera;

@@ -1,12 +1,12 @@
 #include "vantage/control/bounded_least_squares.h"
 
+#include <limits>
 #include <random>
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include "allocation_guard.h"
-#include "eigen_matchers.h"
 
 namespace vantage {
 namespace {

@@ -4,7 +4,8 @@
 #include "vantage/plan/placement.h"
 
 /// @file
-/// A PUMA 560 with four dots, or its first three joints with two, and a camera on a sphere about its work.
+/// A PUMA 560 with four dots, or its first three joints with two, and a camera on a sphere about its work: for
+/// the tests of placement and for bench_plan and bench_placement.
 
 namespace vantage::test {
 

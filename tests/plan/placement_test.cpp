@@ -156,6 +156,20 @@ TEST(PlacementObjective, OfTheWorstCaseIsNotOfASum) {
   EXPECT_EQ(ConfigErrorOf([&] { PlacementModel model(problem); }).find("objective.over"), 0);
 }
 
+TEST(PlacementModel, RefusesAMotionWithoutMarkers) {
+  PlacementProblem problem = PumaProblem(6, 16);
+  for (ArmSample& sample : problem.motion.samples) sample.markers.clear();
+  EXPECT_EQ(ConfigErrorOf([&] { PlacementModel model(problem); }).find("markers: needs"), 0);
+}
+
+TEST(PlacementModel, RefusesDepthsInTheWrongOrderWithBoth) {
+  PlacementProblem problem = PumaProblem(6, 16);
+  problem.limits.depth = {2.0, 1.0};
+  const std::string error = ConfigErrorOf([&] { PlacementModel model(problem); });
+  EXPECT_EQ(error.find("limits.max_depth"), 0);
+  EXPECT_NE(error.find("1.000000 m and 2.000000 m"), std::string::npos) << error;
+}
+
 TEST(PlacementWorstCase, OfAsManyRowsAsJointsIsSpurious) {
   PlacementProblem problem = PumaProblem(3);
   problem.objective.aggregate = PlanAggregate::kWorst;
@@ -324,9 +338,7 @@ TEST(PlacementUncertainty, CountsThePerturbedPoses) {
   for (int i = 0; i < kDraws; ++i) {
     Twist step;
     for (int k = 0; k < 6; ++k) step(k) = (k < 3 ? 0.02 : 0.01) * normal(random);
-    sum += JudgeCamera(sharp, q_c).value > 0.0
-               ? Definition(sharp, Advance(RigPose(problem.rig, q_c), step))
-               : 0.0;
+    sum += Definition(sharp, Advance(RigPose(problem.rig, q_c), step));
   }
   EXPECT_NEAR(JudgeCamera(mean, q_c).value, sum / kDraws, 0.01 * sharp_value);
   // Every perturbed pose keeps the limits.

@@ -7,57 +7,12 @@
 
 #include "allocation_guard.h"
 #include "eigen_matchers.h"
+#include "test_arm.h"
 
 namespace vantage {
 namespace {
 
 using Eigen::Isometry3d;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-
-constexpr double kPeriod = 0.002;
-
-// A three-joint arm of the PUMA type, 0.4 m links, a dot at its tip and one beside it.
-ArmModel TestArm() {
-  std::vector<DhRow> rows(3);
-  rows[0] = {JointKind::kRevolute, 0.0, 0.4, 0.0, M_PI / 2, 0.0};
-  rows[1] = {JointKind::kRevolute, 0.0, 0.0, 0.4, 0.0, 0.0};
-  rows[2] = {JointKind::kRevolute, 0.0, 0.0, 0.4, 0.0, 0.0};
-  JointLimits limit;
-  limit.velocity = 1.5;
-  limit.acceleration = 8.0;
-  return ArmModel("test", DhConvention::kStandard, rows, {limit, limit, limit},
-                  Isometry3d::Identity(), Isometry3d::Identity());
-}
-
-ViewModel TestView() {
-  std::vector<Marker> markers(2);
-  markers[0].id = 0;
-  markers[1].id = 1;
-  markers[1].p = {0.0, 0.0, 0.15};
-  return {
-      TestArm(), CameraModel(),
-      FeatureSet(
-          {{FeatureKind::kPointX, {0}}, {FeatureKind::kPointY, {0}}, {FeatureKind::kPointX, {1}}},
-          2),
-      markers};
-}
-
-JointVector Joints(double a, double b, double c) {
-  JointVector q(3);
-  q << a, b, c;
-  return q;
-}
-
-// Camera at `p`, looking at (0.5, 0, 0.5), image up along Wz.
-Isometry3d LookFrom(const Vector3d& p) {
-  const Vector3d z = (Vector3d(0.5, 0.0, 0.5) - p).normalized();
-  const Vector3d x = z.cross(Vector3d::UnitZ()).normalized();
-  Isometry3d X_WC = Isometry3d::Identity();
-  X_WC.linear() << x, z.cross(x), z;
-  X_WC.translation() = p;
-  return X_WC;
-}
 
 Time At(double seconds) {
   return Time(FromSeconds(seconds));
@@ -71,11 +26,11 @@ class Cell {
 
   void Advance(const JointCommand& command, const Isometry3d& X_WC) {
     qdot_ = command.qdot;
-    q_ += kPeriod * qdot_;
+    q_ += test::kPeriod * qdot_;
     X_WC_ = X_WC;
     ++tick_;
   }
-  [[nodiscard]] Time now() const { return At(1.0 + tick_ * kPeriod); }
+  [[nodiscard]] Time now() const { return At(1.0 + tick_ * test::kPeriod); }
   [[nodiscard]] JointState Joints() const { return {now(), q_, qdot_}; }
   [[nodiscard]] CameraPose Pose() const { return {now(), X_WC_}; }
   [[nodiscard]] bool ImageDue() const { return tick_ % 10 == 0; }
@@ -98,15 +53,9 @@ class Cell {
  private:
   ViewModel view_;
   JointVector q_, qdot_;
-  Isometry3d X_WC_{LookFrom({1.2, -1.5, 1.0})};
+  Isometry3d X_WC_{test::LookFrom({1.2, -1.5, 1.0})};
   int tick_{0};
 };
-
-std::vector<Vector3d> GoalPoints(const ViewModel& view, const JointVector& q) {
-  std::vector<Vector3d> points;
-  for (const Marker& m : view.markers) points.push_back(EndEffectorPose(view.arm, q) * m.p);
-  return points;
-}
 
 // From this camera one pixel hides 18 mm along the line of sight.
 ServoOptions Options(double max_mm_per_px = 25.0) {
@@ -118,18 +67,18 @@ ServoOptions Options(double max_mm_per_px = 25.0) {
 Servo MakeServo(const ViewModel& view, const JointVector& q_goal,
                 const ServoOptions& options = Options()) {
   ServoTask task{view, {}};
-  task.goal.p_WG = GoalPoints(view, q_goal);
+  task.goal.p_WG = test::MarkersAt(view, q_goal);
   return {task, options, TriggerOptions()};
 }
 
-const JointVector kStart = Joints(-0.3, 0.5, -0.9);
-const JointVector kGoal = Joints(0.3, 0.8, -1.3);
+const JointVector kStart = test::Joints({-0.3, 0.5, -0.9});
+const JointVector kGoal = test::Joints({0.3, 0.8, -1.3});
 
 struct Session {
-  ViewModel view = TestView();
+  ViewModel view = test::PumaView();
   Cell cell{view, kStart};
   Servo servo = MakeServo(view, kGoal);
-  Isometry3d X_WC = LookFrom({1.2, -1.5, 1.0});
+  Isometry3d X_WC = test::LookFrom({1.2, -1.5, 1.0});
 
   void Feed() {
     servo.Accept(cell.Joints(), cell.now());
@@ -143,7 +92,7 @@ struct Session {
     return out;
   }
   void For(double seconds) {
-    for (int i = 0; i < seconds / kPeriod; ++i) (void)Tick();
+    for (int i = 0; i < seconds / test::kPeriod; ++i) (void)Tick();
   }
 };
 
@@ -164,8 +113,9 @@ TEST(Servo, ConvergesWhileTheCameraMoves) {
   double angle = 0.0;
   double late_error = 0.0;
   for (int i = 0; i < 4000; ++i) {
-    angle += 0.25 * kPeriod;
-    run.X_WC = LookFrom({0.5 + 1.8 * std::sin(0.4 + angle), -1.8 * std::cos(0.4 + angle), 1.0});
+    angle += 0.25 * test::kPeriod;
+    run.X_WC =
+        test::LookFrom({0.5 + 1.8 * std::sin(0.4 + angle), -1.8 * std::cos(0.4 + angle), 1.0});
     const ServoOutput& out = run.Tick();
     if (i > 3000) late_error = std::max(late_error, out.status.error_px);
   }
@@ -180,7 +130,7 @@ TEST(Servo, EveryCommandKeepsTheLimits) {
     const JointVector qdot = run.Tick().command.qdot;
     for (int j = 0; j < 3; ++j) {
       ASSERT_LE(std::abs(qdot(j)), 1.5 + 1e-12);
-      ASSERT_LE(std::abs(qdot(j) - last(j)), 8.0 * kPeriod + 1e-12);
+      ASSERT_LE(std::abs(qdot(j) - last(j)), 8.0 * test::kPeriod + 1e-12);
     }
     last = qdot;
   }
@@ -215,7 +165,7 @@ void LoseInput(Input lost, HoldReason expected) {
     const JointVector last = out.command.qdot;
     out = run.servo.Step(run.cell.now());
     if (last.size() == 3) {
-      ASSERT_LE((out.command.qdot - last).lpNorm<Eigen::Infinity>(), 8.0 * kPeriod + 1e-12);
+      ASSERT_LE((out.command.qdot - last).lpNorm<Eigen::Infinity>(), 8.0 * test::kPeriod + 1e-12);
     }
     run.cell.Advance(out.command, run.X_WC);
   }
@@ -254,7 +204,7 @@ TEST(Servo, CarriesALostMarkerForAMomentThenHoldsAndResumes) {
     }
     const ServoOutput& out = run.servo.Step(run.cell.now());
     run.cell.Advance(out.command, run.X_WC);
-    lost_for += kPeriod;
+    lost_for += test::kPeriod;
     if (held_after == 0.0 && out.status.state == ServoState::kHolding) {
       held_after = lost_for;
       EXPECT_EQ(out.status.reason, HoldReason::kTooFewFeatures);
@@ -344,7 +294,7 @@ TEST(Servo, AllocatesNothingButViSPsMatrices) {
       options.interaction = source;
       run.servo = MakeServo(run.view, kGoal, options);
       for (int i = 0; i < 200 || !run.cell.ImageDue(); ++i) {
-        if (camera_moves) run.X_WC = LookFrom({1.2, -1.5 + 1e-4 * i, 1.0});
+        if (camera_moves) run.X_WC = test::LookFrom({1.2, -1.5 + 1e-4 * i, 1.0});
         (void)run.Tick();
       }
       const test::AllocationGuard guard;

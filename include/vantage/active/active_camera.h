@@ -94,7 +94,7 @@ struct ActiveOutput {
   RigVector q_c;                                ///< Commanded rig coordinates.
   RigVector qdot_c;                             ///< Their rate [m/s, rad/s].
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Commanded camera pose.
-  Twist V_WC_C{Twist::Zero()};  ///< Twist of that pose: what the servo feeds forward.
+  Twist V_WC_C{Twist::Zero()};  ///< Its twist. The servo reads its own off the measured poses.
   JointVector q_goal;           ///< Joints the task is predicted to end at; empty: unknown.
   double trigger_value{0.0};    ///< The trigger's measure now.
   bool triggered{false};        ///< Below the threshold, hysteresis included.
@@ -169,7 +169,9 @@ class ActiveCamera {
 [[nodiscard]] JointVector PredictJoints(const JointVector& q, const JointVector& qdot,
                                         const JointVector& q_goal, double ahead) noexcept;
 
-/// Name as printed: "NONE", "ARM", "NO_BETTER_VIEW", ...
+/// Names as printed and logged: "WATCHING", "LOW_MEASURE", "NO_BETTER_VIEW", ...
+[[nodiscard]] const char* Name(ActiveState state) noexcept;
+[[nodiscard]] const char* Name(ActiveReason reason) noexcept;
 [[nodiscard]] const char* Name(ActiveRefusal refusal) noexcept;
 
 }  // namespace vantage

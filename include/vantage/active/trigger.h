@@ -29,6 +29,9 @@ void Validate(const TriggerOptions& options);
 /// The measure a trigger compares, from the composite Jacobian's singular values. 0 without any.
 [[nodiscard]] double TriggerValue(TriggerMeasure measure, const Measure& composite) noexcept;
 
+/// Name as printed: "w_c^(1/s)", "w_c", ...
+[[nodiscard]] const char* Name(TriggerMeasure measure) noexcept;
+
 /// What the trigger remembers.
 struct TriggerState {
   int below{0};           ///< Evaluations below the threshold in a row.

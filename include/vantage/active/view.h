@@ -58,7 +58,7 @@ enum class ViewFault : int {
 struct PlacedMarker {
   Eigen::Vector3d p_W;       ///< Centre [m].
   Eigen::Vector3d normal_W;  ///< Unit; the side it is seen from.
-  double radius;             ///< Of the disc; its ring is twice as wide [m].
+  double radius;             ///< Of the disc [m]; see kRingRadii and kPlateRadii.
 };
 
 /// The arm at one configuration, with all that views of it need. Computed once for many cameras.

@@ -114,7 +114,4 @@ struct ViewPlan {
                                 const TriggerOptions& trigger, const PlannerOptions& options,
                                 const PlanRequest& request);
 
-/// Name as printed: "MOVE", "NO_GAIN", ...
-[[nodiscard]] const char* Name(PlanVerdict verdict) noexcept;
-
 }  // namespace vantage

@@ -12,7 +12,13 @@
 
 namespace vantage {
 
-/// A round dot: a disc of `radius` inside a contrasting ring of twice the radius.
+/// Outer radius of a marker's ring, in radii of its disc.
+inline constexpr double kRingRadii = 2.0;
+/// Radius of the plate that a marker is drawn on, in radii of its disc: the ring ends on the plate, not on
+/// whatever is behind it, and a quarter of the disc's radius is left as a rim.
+inline constexpr double kPlateRadii = 2.25;
+
+/// A round dot: a disc of `radius` inside a contrasting ring.
 struct Marker {
   int id{0};                                   ///< Unique in a scenario; names it in messages.
   Eigen::Vector3d p{Eigen::Vector3d::Zero()};  ///< Centre, in the frame it is fixed to [m].

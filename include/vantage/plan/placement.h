@@ -16,10 +16,10 @@ namespace vantage {
 /// Effort of a search. The defaults reach the global optimum of the benchmark's instances; they grow
 /// with the number of free axes where they are 0.
 struct PlacementSearch {
-  int grid{0};            ///< Cameras scored at first; 0: 2560 for up to 4 free axes, else 10240.
-  int starts{0};          ///< Evolution strategies; 0: 16 or 32.
-  int members{0};         ///< Of a generation of each; 0: 16 or 48.
-  int generations{0};     ///< 0: 24 or 60.
+  int grid{0};            ///< Cameras scored at first; 0: 2560 for up to 4 free axes, else 40960.
+  int starts{0};          ///< Evolution strategies; 0: 16 or 128.
+  int members{0};         ///< Of a generation of each; 0: 16 or 24.
+  int generations{0};     ///< 0: 24 or 80.
   int polished{4};        ///< Best ends that are polished.
   std::uint64_t seed{1};  ///< Of the evolution strategies' random numbers.
 };
@@ -74,8 +74,6 @@ struct PlacementResult {
   WorstCaseWarning warning;               ///< Of PlanAggregate::kWorst alone.
   std::int64_t evaluations{0};            ///< Jacobians measured.
   std::int64_t cameras{0};                ///< Cameras scored.
-  int grid_feasible{0};                   ///< Cameras of the first grid that keep the frustum.
-  int grid{0};                            ///< Cameras of the first grid.
 };
 
 /// Told now and then how far a search is (share of its work) and the best value so far, if any.

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -94,8 +96,25 @@ enum class PlanLimit : int { kNear = 0, kFar, kImage, kHidden, kFacing, kKeepOut
 inline constexpr int kPlanLimits = 6;
 
 /// How far inside each limit a view is, worst over motion and markers [m]: negative where it is broken.
-/// See BatchMargins.
+/// See BatchMargins and IndexOf().
 using PlanMargins = std::array<double, kPlanLimits>;
+
+/// Where PlanMargins holds a limit's margin.
+[[nodiscard]] constexpr std::size_t IndexOf(PlanLimit limit) noexcept {
+  return static_cast<std::size_t>(limit);
+}
+
+/// Makes a limit's margin `value` [m] where that is less.
+inline void Tighten(PlanLimit limit, double value, PlanMargins* margins) noexcept {
+  double& margin = (*margins)[IndexOf(limit)];
+  margin = std::min(margin, value);
+}
+
+/// By how much a camera is too near for least depth and field of view: stepping back along its optical axis
+/// by so much keeps both [m]; not above 0: it keeps them where it is.
+[[nodiscard]] inline double TooNear(const PlanMargins& margins) noexcept {
+  return -std::min(margins[IndexOf(PlanLimit::kNear)], margins[IndexOf(PlanLimit::kImage)]);
+}
 
 /// Name as printed: "least depth", "field of view", ...
 [[nodiscard]] const char* Name(PlanLimit limit) noexcept;

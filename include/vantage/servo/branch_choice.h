@@ -6,6 +6,10 @@
 
 namespace vantage {
 
+/// Goal points that do not fit the arm's exactly never will: a solution whose rms distance from them is this
+/// many times that of the first one is as good.
+inline constexpr double kFitSlack = 1.5;
+
 /// Where the arm's joints may end, and what the way there has against it.
 struct Branch {
   JointVector q;             ///< Joints at the goal; empty: out of reach.

@@ -26,8 +26,6 @@ class History {
   [[nodiscard]] int size() const { return count_; }
   [[nodiscard]] Time newest_stamp() const { return stamps_[Index(0)]; }
   [[nodiscard]] const T& newest() const { return values_[Index(0)]; }
-  /// Forgets all.
-  void clear() { count_ = 0; }
 
   /// Value at `time`, by `interpolate(a, b, fraction)` between the neighbours; the oldest or newest
   /// value outside the range. nullopt when empty.

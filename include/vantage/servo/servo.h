@@ -79,21 +79,19 @@ class Servo {
   Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& trigger);
 
   /// Inputs. Each is checked (sizes, finite, increasing stamps, not from the future); false, and
-  /// nothing changed, when it is refused. Refusals are counted by reason in the
-  /// status.
+  /// nothing changed, when it is refused. Refusals are counted by reason in the status.
   bool Accept(const JointState& state, Time now) noexcept;
   bool Accept(const CameraPose& pose, Time now) noexcept;
   bool Accept(const ImageFeatures& features, Time now) noexcept;
   /// What the active camera last said.
   void Accept(const ActiveOutput& active) noexcept;
-  /// The operator's wish: false brings the arm to rest and keeps it there.
+  /// The operator's wish: false brings the arm to rest, keeps it there and ends a FAULT; true lets it go on.
   void SetEnabled(bool enabled) noexcept { enabled_ = enabled; }
 
   /// One control period that ends in a command valid for options.period.
   [[nodiscard]] const ServoOutput& Step(Time now) noexcept;
 
   [[nodiscard]] const ServoSnapshot& snapshot() const noexcept { return snapshot_; }
-  [[nodiscard]] const ServoTask& task() const noexcept { return task_; }
 
  private:
   struct CalibrationView {
@@ -135,7 +133,7 @@ class Servo {
   ServoOptions options_;
   TriggerOptions trigger_;
   bool enabled_{true};
-  bool fault_{false};         // latched until the operator stops it
+  bool fault_{false};         // latched until SetEnabled(false)
   std::vector<bool> needed_;  // markers that some feature uses
   int markers_needed_{0};
   std::vector<JointLimits> limits_;  // with the margin

@@ -20,7 +20,7 @@ namespace vantage {
 /// What one control period takes from its mailboxes.
 struct PeriodInputs {
   Time now{};                ///< The servo's clock when the period began.
-  bool enabled{true};        ///< False: the operator has told the servo to stop.
+  bool enabled{true};        ///< False: the operator has told the servo to stop, for good.
   bool has_joints{false};    ///< `joints` is new; inputs that are not new have no meaning.
   bool has_pose{false};      ///< `pose` is new.
   bool has_features{false};  ///< `features` is new.
@@ -32,7 +32,8 @@ struct PeriodInputs {
 };
 
 /// One control period: hands the inputs to the servo and steps it. The one way a servo is run, on the
-/// wall clock, on simulated time and in a replay. Real-time safe as Servo is.
+/// wall clock, on simulated time and in a replay. A servo that it has stopped stays stopped: whoever wants it to
+/// move again, after a FAULT too, starts the program anew. Real-time safe as Servo is.
 const ServoOutput& RunPeriod(Servo* servo, const PeriodInputs& inputs) noexcept;
 
 /// One control period as recorded.

@@ -24,7 +24,7 @@ enum class ServoState : int {
   kRepositioning = 3,  ///< As kServoing, while the camera moves to a better view.
   kHolding = 4,        ///< At rest or coming to rest for the named reason; resumes by itself.
   kConverged = 5,      ///< Error below the tolerance for the settling time.
-  kFault = 6,          ///< At rest; does not resume until the operator has stopped and started it.
+  kFault = 6,          ///< At rest; ends only when the operator stops it: see Servo::SetEnabled().
 };
 
 /// Why a servo holds, or why it stopped.
@@ -61,9 +61,6 @@ inline constexpr int kNumInputFaults = static_cast<int>(InputFault::kFuture) + 1
 [[nodiscard]] const char* Name(ServoState state) noexcept;
 [[nodiscard]] const char* Name(HoldReason reason) noexcept;
 [[nodiscard]] const char* Name(LowCause cause) noexcept;
-[[nodiscard]] const char* Name(ActiveState state) noexcept;
-[[nodiscard]] const char* Name(ActiveReason reason) noexcept;
-[[nodiscard]] const char* Name(TriggerMeasure measure) noexcept;  ///< "w_c^(1/s)", "w_c", ...
 [[nodiscard]] const char* Name(InputFault fault) noexcept;  ///< "MALFORMED", "WRONG_SIZE", ...
 
 /// Live observability: content of the OBSERVABILITY channel.

@@ -32,6 +32,7 @@ class CameraSource {
   /// Waits for the next image.
   /// @param image     Grey; its memory is kept between calls.
   /// @param exposure  When it was taken, by the monotonic clock.
+  /// Throws Error when the device gives pixels of a kind that is not known.
   [[nodiscard]] virtual GrabStatus Grab(GreyImage* image, Time* exposure) = 0;
 
   /// Closes and opens it again, for a device that was unplugged. False when that fails.

@@ -47,6 +47,9 @@ struct DiscImage {
                                                    const Eigen::Isometry3d& X_CF,
                                                    const Marker& marker) noexcept;
 
+/// Semi-axes of an ellipse given by its Σ, the shorter first [px for px²]. Real-time safe.
+[[nodiscard]] Eigen::Vector2d SemiAxes(const Eigen::Matrix2d& shape) noexcept;
+
 /// Two unit vectors that make a right-handed frame (e1, e2, normal). Real-time safe.
 struct PlaneAxes {
   Eigen::Vector3d e1;  ///< At right angles to the normal.

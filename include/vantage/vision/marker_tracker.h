@@ -30,7 +30,7 @@ struct TrackerOptions {
 };
 
 /// Follows markers from image to image: what the model predicts, corrected by how far it was off in
-/// the image before. While a group's markers are lost, the whole image is searched now and then.
+/// the image before. While a marker that should be seen is not, the whole image is searched now and then.
 ///
 ///   const SearchPlan plan = tracker.Plan(predictions, exposure);   // what of the image is needed
 ///   ... take the image ...
@@ -64,8 +64,8 @@ class MarkerTracker {
   /// Forgets all offsets.
   void Reset();
 
+  /// Searches of the whole image so far.
   [[nodiscard]] std::int64_t acquisitions() const noexcept { return acquisitions_; }
-  [[nodiscard]] std::int64_t images() const noexcept { return images_; }
 
  private:
   // How far the model is off for one marker.
@@ -98,7 +98,6 @@ class MarkerTracker {
   Time last_exposure_{Time::min()};
   Time last_acquisition_{Time::min()};
   std::int64_t acquisitions_{0};
-  std::int64_t images_{0};
 };
 
 }  // namespace vantage
