@@ -647,5 +647,16 @@ TEST(FeatureKinds, HaveOneNameEach) {
   EXPECT_STREQ(NameOf(static_cast<FeatureKind>(99)), "");
 }
 
+TEST(FeatureKinds, TakeTheirExamplesPoints) {
+  for (const FeatureKind kind : AllFeatureKinds()) {
+    const auto count = static_cast<int>(Example(kind).points.size());
+    EXPECT_LE(PointsOf(kind).least, count) << NameOf(kind);
+    EXPECT_GE(PointsOf(kind).most, count) << NameOf(kind);
+  }
+  // None fits what is not a kind.
+  const PointCount none = PointsOf(static_cast<FeatureKind>(99));
+  EXPECT_GT(none.least, none.most);
+}
+
 }  // namespace
 }  // namespace vantage
