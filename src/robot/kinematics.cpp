@@ -84,7 +84,7 @@ LinkPoses ComputeLinkPoses(const ArmModel& arm, const JointVector& q) noexcept {
   for (int i = 0; i < data.size(); ++i) {
     const ArmJoint& joint = data.joints[i];
     if (joint.has_before) X = Times(X, joint.X_before);
-    Move(joint.kind, q(i), &X);
+    Move(data.joint_kinds[i], q(i), &X);
     X = Times(X, joint.X_after);
     poses[i] = X;
   }
