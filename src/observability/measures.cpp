@@ -167,6 +167,20 @@ bool MovesInAll(const Gram& G, int s) noexcept {
 
 }  // namespace
 
+const char* Name(LowCause cause) noexcept {
+  switch (cause) {
+    case LowCause::kNone:
+      return "NONE";
+    case LowCause::kView:
+      return "VIEW";
+    case LowCause::kArm:
+      return "ARM";
+    case LowCause::kFeatures:
+      return "FEATURES";
+  }
+  return "UNKNOWN";
+}
+
 const char* Name(MeasureStatus status) noexcept {
   switch (status) {
     case MeasureStatus::kOk:

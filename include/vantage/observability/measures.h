@@ -36,6 +36,9 @@ enum class LowCause : int {
   kFeatures = 3,  ///< Fewer feature rows than joints or task dimensions to be seen.
 };
 
+/// As programs print it: "NONE", "VIEW", "ARM", "FEATURES".
+[[nodiscard]] const char* Name(LowCause cause) noexcept;
+
 /// What a measure could be made of.
 enum class MeasureStatus : int {
   kOk = 0,
@@ -89,8 +92,8 @@ struct Volume {
   MeasureStatus status{MeasureStatus::kEmpty};  ///< As Measure's.
   double w{0.0};                                ///< As Measure's.
   double log_w{0.0};                            ///< As Measure's.
-  int rank{
-      0};  ///< Of the triangle's diagonal, which bounds the singular values within small factors.
+  /// Of the triangle's diagonal, which bounds the singular values within small factors.
+  int rank{0};
 };
 
 /// w of J where no singular value is left out, that is where task_dimension does not cap
@@ -122,11 +125,11 @@ struct SingularSystem {
 [[nodiscard]] SingularSystem DecomposeNear(const JacobianRef& J,
                                            const TaskJacobian& directions) noexcept;
 
-/// Moore-Penrose inverse (columns×rows) over the singular values that count for the rank.
-/// Real-time safe.
+/// A pseudo-inverse, or a matrix of an ellipsoid.
 using PseudoInverseMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxRows>;
-/// J^+ of a decomposed J, its singular values below the rank's tolerance left out.
+/// Moore-Penrose inverse J^+ (columns×rows) over the singular values that count for the rank. Real-time
+/// safe.
 [[nodiscard]] PseudoInverseMatrix PseudoInverse(const SingularSystem& system) noexcept;
 
 /// (J Jᵀ)^+ (rows×rows): the ellipsoid is {y in range(J) : yᵀ (J Jᵀ)^+ y <= 1} (docs/paper.md, eqs. 7
@@ -161,9 +164,10 @@ struct LogGradient {
 /// Bounds of |Δr| / |Δv|, Δr = J^+ Δv the motion computed from an error Δv of the features (paper,
 /// eq. 12).
 struct ErrorBounds {
-  double lower{
-      0.0};  ///< 1/σ_1. For k > m it holds for Δv in range(J): the rest of Δv moves nothing.
-  double upper{0.0};  ///< 1/σ_s; inf when rank < s. For k < m it holds for the least-norm Δr alone.
+  /// 1/σ_1. For k > m it holds for Δv in range(J): the rest of Δv moves nothing.
+  double lower{0.0};
+  /// 1/σ_s; inf when rank < s. For k < m it holds for the least-norm Δr alone.
+  double upper{0.0};
   bool lower_needs_range{false};         ///< rows > columns.
   bool upper_needs_minimum_norm{false};  ///< rows < columns.
 };
@@ -210,9 +214,6 @@ struct Coupling {
 /// are per radian. Real-time safe.
 /// @pre scale.size() == J.cols().
 [[nodiscard]] TaskJacobian ScaleJoints(const TaskJacobian& J, const JointVector& scale) noexcept;
-
-/// 3×n: ∂P/∂q of a point P on the arm [m/rad or m/m].
-using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
 
 /// ∂P/∂q of a point fixed to the end effector, from J_r and the vector from E's origin to P in world
 /// axes [m]. Real-time safe.

@@ -60,7 +60,6 @@ inline constexpr int kNumInputFaults = static_cast<int>(InputFault::kFuture) + 1
 /// Names as printed and logged: "SERVOING", "STALE_JOINT_STATE", ...
 [[nodiscard]] const char* Name(ServoState state) noexcept;
 [[nodiscard]] const char* Name(HoldReason reason) noexcept;
-[[nodiscard]] const char* Name(LowCause cause) noexcept;
 [[nodiscard]] const char* Name(ActiveState state) noexcept;
 [[nodiscard]] const char* Name(ActiveReason reason) noexcept;
 [[nodiscard]] const char* Name(TriggerMeasure measure) noexcept;  ///< "w_c^(1/s)", "w_c", ...
