@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -12,13 +11,13 @@
 #include "convex_hull.h"
 #include "vantage/camera/pinhole.h"
 #include "vantage/math/error.h"
+#include "vantage/math/segment.h"
 #include "vantage/observability/batch.h"
 
 namespace vantage {
 namespace {
 
 using batch::Family;
-using batch::kPadding;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -82,21 +81,25 @@ void CheckRows(const std::vector<BatchRow>& rows, int points) {
   }
 }
 
-// Points of one body keep their distances: (P_i - P_j) · (dP_i - dP_j) = 0.
+// Points of one body keep their distances: (P_a - P_b) · (dP_a - dP_b) = 0.
+bool KeepDistance(const BatchSample& s, std::size_t a, std::size_t b) {
+  const Vector3d r = s.p_W[a] - s.p_W[b];
+  double speed = 0.0, change = 0.0;
+  for (Eigen::Index k = 0; k < s.J_p_W[a].cols(); ++k) {
+    const Vector3d dP_a = s.J_p_W[a].col(k), dP_b = s.J_p_W[b].col(k);
+    speed = std::max(speed, dP_a.norm() + dP_b.norm());
+    change = std::max(change, std::abs(r.dot(dP_a - dP_b)));
+  }
+  return change <= kRigidTolerance * r.norm() * speed;
+}
+
 void CheckRigid(const std::vector<BatchSample>& samples) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const BatchSample& s = samples[i];
-    for (std::size_t j = 1; j < s.p_W.size(); ++j) {
-      const Vector3d r = s.p_W[j] - s.p_W[0];
-      const PointJacobian& A = s.J_p_W[j];
-      double speed = 0.0, change = 0.0;
-      for (Eigen::Index k = 0; k < A.cols(); ++k) {
-        const Vector3d here = A.col(k), there = s.J_p_W[0].col(k);
-        speed = std::max(speed, here.norm() + there.norm());
-        change = std::max(change, std::abs(r.dot(here - there)));
-      }
-      if (change > kRigidTolerance * r.norm() * speed) {
-        Refuse(Item("samples", i), "is no motion of one body");
+    for (std::size_t a = 1; a < samples[i].p_W.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
+        if (KeepDistance(samples[i], a, b)) continue;
+        Refuse(Item("samples", i), "is no motion of one body: points " + std::to_string(b) +
+                                       " and " + std::to_string(a) + " change their distance");
       }
     }
   }
@@ -335,7 +338,7 @@ template <class T>
 void Pack(const BatchScene::Data& data, Family family, const std::vector<BatchSample>& samples,
           double min_depth, const batch::HullView<T>& hull, batch::PackedScene<T>* out) {
   const auto N = static_cast<int>(samples.size());
-  const int padded = (N + kPadding - 1) / kPadding * kPadding;
+  const int padded = batch::Padded(N);
   const bool spans = family == Family::kRigidSix && SpansBody(samples.front());
   int fields = 0;
   for (int i = 0; i < N; ++i) {
@@ -393,14 +396,6 @@ void PackForm(const BatchScene::Data& data, Family family, batch::PackedForm* fo
   Pack(data, family, Rescaled(data), kMinDepth / data.unit, data.hull32.view, &form->f32);
 }
 
-// Distance of p to the line segment from a to b.
-double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d along = b - a;
-  const double length2 = along.squaredNorm();
-  const double t = length2 > 0.0 ? std::clamp((p - a).dot(along) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * along).norm();
-}
-
 // Every so many points of a chain is a node.
 constexpr std::size_t kChainLength = 8;
 
@@ -423,11 +418,12 @@ void PackHull(const std::vector<Vector3d>& points, const std::vector<int>& hull,
     batch::Chain<T> chain{};
     chain.first = static_cast<int>(out->xyz.size() / 3);
     if (next < hull.size() && next > at && track[next] == track[at]) {
+      const Vector3d& a = points[hull[at]];
+      const Vector3d along = points[hull[next]] - a;
       double sag = 0.0;
       for (std::size_t i = at + 1; i < next; ++i) {
         append(hull[i], &out->xyz);
-        sag =
-            std::max(sag, DistanceToSegment(points[hull[i]], points[hull[at]], points[hull[next]]));
+        sag = std::max(sag, std::sqrt(SquaredDistanceToSegment(points[hull[i]], a, along)));
       }
       chain.count = static_cast<int>(next - at) - 1;
       chain.sag = static_cast<T>(sag / unit + slack);
@@ -507,9 +503,6 @@ const std::vector<BatchSample>& BatchScene::samples() const noexcept {
 }
 const std::vector<BatchRow>& BatchScene::rows() const noexcept {
   return data_->rows;
-}
-BatchBody BatchScene::body() const noexcept {
-  return data_->body;
 }
 int BatchScene::joints() const noexcept {
   return data_->joints;
@@ -602,9 +595,8 @@ void PackObstacles(const std::vector<BatchSight>& sights, const std::vector<Batc
 
 BatchObstacles::BatchObstacles(std::vector<BatchSight> sights, std::vector<BatchBox> boxes,
                                double max_incidence, double unit) {
-  constexpr std::size_t kMostBoxes = 16;
-  if (boxes.size() > kMostBoxes) {
-    Refuse("boxes", "must be " + std::to_string(kMostBoxes) + " at most, are " +
+  if (boxes.size() > batch::kMaxBatchBoxes) {
+    Refuse("boxes", "must be " + std::to_string(batch::kMaxBatchBoxes) + " at most, are " +
                         std::to_string(boxes.size()));
   }
   if (!(unit > 0.0) || !std::isfinite(unit)) Refuse("unit", "must be > 0 m");

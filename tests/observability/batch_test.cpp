@@ -1,6 +1,8 @@
 #include "vantage/observability/batch.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -403,6 +405,33 @@ TEST(BatchScene, OfOnePointThatStandsStillHasNoMotionToSee) {
   EXPECT_EQ(scores.sum[0], 0.0);
 }
 
+// A point behind the camera makes log w and the negative trace -inf, which times no weight is nothing.
+TEST(BatchScene, SamplesWithoutWeightAddNothing) {
+  Generator generator(33);
+  std::vector<BatchSample> motion = generator.FreeMotion(2, 2, 3);
+  const Isometry3d X_WC = generator.Camera();
+  motion[1].weight = 0.0;
+  motion[1].p_W[0] = X_WC * Vector3d(0.0, 0.0, -1.0);
+  const BatchScene both(motion, BatchBody::kFree, {}, 2.0);
+  const BatchScene first({motion[0]}, BatchBody::kFree, {}, 2.0);
+  BatchCameras cameras;
+  cameras.Resize(1);
+  cameras.Set(0, X_WC);
+  for (const BatchIsa isa : AvailableIsas()) {
+    for (const BatchMeasure measure :
+         {BatchMeasure::kW, BatchMeasure::kLogW, BatchMeasure::kSigmaMin,
+          BatchMeasure::kInverseCondition, BatchMeasure::kNegativeTrace}) {
+      BatchScores of_both, of_first;
+      BatchEvaluator(isa).Score(both, cameras, 0, 1, PixelLens(), measure, BatchPrecision::kDouble,
+                                true, &of_both);
+      BatchEvaluator(isa).Score(first, cameras, 0, 1, PixelLens(), measure, BatchPrecision::kDouble,
+                                true, &of_first);
+      EXPECT_EQ(of_both.sum[0], of_first.sum[0]) << Name(isa);
+      EXPECT_LE(of_both.least[0], 0.0) << Name(isa);
+    }
+  }
+}
+
 // Four points in a line are no body: a turn about the line is not seen.
 TEST(BatchScene, OfPointsInALineIsSingular) {
   Generator generator(4);
@@ -457,6 +486,13 @@ TEST(BatchScene, RefusesWhatDoesNotFit) {
   bad[2].J_p_W[0](1, 1) += 0.1;
   EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "batch.samples[2]");
   EXPECT_EQ(RefusalOf(bad, BatchBody::kFree, {}), "");
+  // Two points that turn about the first, each its own way.
+  bad = generator.FreeMotion(1, 3, 1);
+  bad[0].p_W = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  bad[0].J_p_W = {Vector3d(0, 0, 0), Vector3d(0, 1, 0), Vector3d(1, 0, 0)};
+  EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "batch.samples[0]");
+  bad[0].J_p_W[2] = Vector3d(-1, 0, 0);  // the same way
+  EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "");
   bad = good;
   bad[0].weight = -1.0;
   EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "batch.samples[0].weight");
@@ -580,8 +616,8 @@ TEST(BatchFrustum, MarginsAreThoseOfTheWorstPoint) {
   }
 }
 
-// Sign of the image margin: exactly the points inside the pixels' rectangle.
-TEST(BatchFrustum, LensOfACameraKeepsPointsInTheImage) {
+// The field of view is the pixels' rectangle less the margin.
+TEST(BatchFrustum, LensOfACameraIsItsImageLessTheMargin) {
   CameraModel camera;
   camera.u0 = 300.0;
   camera.v0 = 250.0;
