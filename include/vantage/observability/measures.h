@@ -220,18 +220,12 @@ struct Coupling {
 [[nodiscard]] PointJacobian PointJacobianOf(const ArmJacobian& J_r,
                                             const Eigen::Vector3d& p_EP_W) noexcept;
 
-/// Settings of a diagnosis.
-struct DiagnosisOptions {
-  /// The arm is the cause when the motion that is seen worst moves the points by less than this share of
-  /// what joint motions usually (root mean square) move them by; > 0.
-  double arm_share{0.02};
-};
-
 /// Finds the cause of a low w_c before a camera moves (docs/paper.md): what could any view see? All that a
 /// camera has to go by is how the joints move the points, so the arm is the cause
 /// - when the points together do not move in as many directions as J_c has singular values: w_c is 0 for
 ///   every camera;
-/// - when the joint motion v_s that the features see worst hardly moves the points.
+/// - when the joint motion v_s that the features see worst hardly moves the points: by less than 2 % of
+///   what joint motions usually (root mean square) move them by.
 /// Otherwise that motion does move them, and this view hides it.
 ///
 /// @param composite   Decomposition of J_c.
@@ -245,7 +239,7 @@ struct DiagnosisOptions {
 /// Real-time safe.
 [[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite,
                                           const std::vector<PointJacobian>& points, int rows_needed,
-                                          bool low, const DiagnosisOptions& options = {}) noexcept;
+                                          bool low) noexcept;
 
 /// Worst motion of any of the points that a feature error of one pixel (norm over all rows) may hide:
 /// max over points i and joint motions with |J_c δq| <= 1 of |A_i δq| [mm/px].
