@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <random>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "config_error.h"
 #include "eigen_matchers.h"
 #include "finite_difference.h"
+#include "oracle_json.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -24,12 +22,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
-
-nlohmann::json Oracles() {
-  const char* other = std::getenv("VANTAGE_ORACLES");
-  std::ifstream file(other != nullptr ? other : VANTAGE_TEST_DATA "/oracles.json");
-  return nlohmann::json::parse(file);
-}
 
 RigAxis Axis(const char* name, double lower, double upper, double speed = 0.5) {
   return {name, lower, upper, speed, speed > 0.0 ? 1.0 : 0.0};
@@ -132,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(SphericalPose, MatchesOracles) {
-  const nlohmann::json oracles = Oracles();
+  const nlohmann::json oracles = test::ReadOracles();
   int checked = 0;
   for (const auto& c : oracles["cases"]) {
     if (!c["camera"].contains("spherical")) continue;
@@ -140,10 +132,7 @@ TEST(SphericalPose, MatchesOracles) {
     const Vector4d q_c(s["R"], s["theta"], s["phi"], s["roll"]);
     const Vector3d target(s["target"][0], s["target"][1], s["target"][2]);
     const bool down = s["orientation"] == "fixed_down";
-    Eigen::Matrix4d reference;
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) reference(i, j) = c["expected"]["T_wc"][i][j];
-    }
+    const Eigen::MatrixXd reference = test::OracleMatrix(c["expected"]["T_wc"]);
     const Isometry3d X_WC =
         SphericalPose(down ? RigOrientation::kFixedDown : RigOrientation::kLookAt, target, q_c);
     const double scale = std::max(1.0, reference.cwiseAbs().maxCoeff());

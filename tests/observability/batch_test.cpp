@@ -11,6 +11,7 @@
 #include <Eigen/SVD>
 #include <gtest/gtest.h>
 
+#include "config_error.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 
@@ -747,6 +748,19 @@ TEST(BatchObstacles, BoxMarginIsNegativeExactlyWhereTheRayMeetsTheBox) {
   }
   EXPECT_GT(met, 50);
   EXPECT_GT(free, 50);
+}
+
+TEST(BatchObstacles, RefusesWhatDoesNotFit) {
+  const auto refusal = [](const BatchSight& sight, int boxes, double unit) {
+    return test::ConfigErrorOf(
+        [&] { (void)BatchObstacles({sight}, std::vector<BatchBox>(boxes), 4.0, unit); });
+  };
+  BatchSight sight;
+  EXPECT_EQ(refusal(sight, 16, 1.0), "nothing thrown");
+  EXPECT_EQ(refusal(sight, 17, 1.0), "batch.boxes: must be 16 at most, are 17");
+  EXPECT_EQ(refusal(sight, 1, 0.0), "batch.unit: must be > 0 m, is 0.000000");
+  sight.capsules = {{Vector3d::Zero(), Vector3d::UnitX(), 0.0}};
+  EXPECT_EQ(refusal(sight, 1, 1.0), "batch.capsules: must have a radius > 0 m, one has 0.000000");
 }
 
 TEST(BatchObstacles, FacingMarginIsPositiveInsideTheCone) {

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <cstdlib>
-#include <fstream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -10,30 +7,13 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
+#include "oracle_json.h"
 #include "vantage/robot/arm_model.h"
 
 /// @file
-/// Reads the oracle file (tests/data/oracles.json, or the file that VANTAGE_ORACLES names): cases
-/// computed apart from this code, by finite differences of the forward map at 40 digits.
+/// The arms of the oracle file.
 
 namespace vantage::test {
-
-[[nodiscard]] inline nlohmann::json ReadOracles() {
-  const char* other = std::getenv("VANTAGE_ORACLES");
-  const std::string path = other != nullptr ? other : VANTAGE_TEST_DATA "/oracles.json";
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error("cannot open " + path);
-  return nlohmann::json::parse(file);
-}
-
-/// A matrix written as a list of rows.
-[[nodiscard]] inline Eigen::MatrixXd OracleMatrix(const nlohmann::json& rows) {
-  Eigen::MatrixXd result(rows.size(), rows.at(0).size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    for (std::size_t j = 0; j < rows[i].size(); ++j) result(i, j) = rows[i][j].get<double>();
-  }
-  return result;
-}
 
 [[nodiscard]] inline Eigen::Isometry3d OraclePose(const nlohmann::json& rows) {
   return Eigen::Isometry3d(Eigen::Matrix4d(OracleMatrix(rows)));
