@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "vantage/math/segment.h"
 #include "vantage/vision/disc_image.h"
 
 namespace vantage::sim {
@@ -14,13 +15,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d ab = b - a;
-  const double length2 = ab.squaredNorm();
-  const double t = length2 > 0.0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * ab).norm();
-}
 
 }  // namespace
 
@@ -74,15 +68,18 @@ double MarkerLift(const std::vector<Capsule>& capsules, const SceneState& state,
   for (const Capsule& capsule : capsules) {
     const Isometry3d X_WL = FramePose(state, capsule.link);
     const Vector3d a = X_WL * capsule.p_LA;
-    const Vector3d b = X_WL * capsule.p_LB;
+    const Vector3d along = X_WL * capsule.p_LB - a;
     const double touch = 1.001 * capsule.radius;
-    if (DistanceToSegment(p_WM, a, b) > touch) continue;
+    const auto touches = [&](const Vector3d& p_W) {
+      return SquaredDistanceToSegment(p_W, a, along) <= touch * touch;
+    };
+    if (!touches(p_WM)) continue;
     // The capsule is convex: the ray from inside leaves it once. Bisect for where.
     double inside = 0.0;
-    double outside = (b - a).norm() + 2.1 * touch;
+    double outside = along.norm() + 2.1 * touch;
     for (int i = 0; i < 30; ++i) {
       const double middle = 0.5 * (inside + outside);
-      (DistanceToSegment(p_WM + middle * to_camera, a, b) <= touch ? inside : outside) = middle;
+      (touches(p_WM + middle * to_camera) ? inside : outside) = middle;
     }
     lift = std::max(lift, outside);
   }

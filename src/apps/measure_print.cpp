@@ -8,8 +8,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "vantage/servo/servo_report.h"
-
 namespace vantage {
 namespace {
 

@@ -146,8 +146,8 @@ double AdmitAngle(const RigAxis& axis, double angle, double near) noexcept {
 
 // theta in its limits whose direction, at azimuth phi, is nearest to the offset p from the target.
 double BestTheta(const RigAxis& axis, double now, const Vector3d& p, double phi) noexcept {
-  const double outward = p.x() * std::cos(phi) + p.y() * std::sin(phi);
   if (IsLocked(axis)) return now;
+  const double outward = p.x() * std::cos(phi) + p.y() * std::sin(phi);
   const double best = std::atan2(outward, p.z());
   // The cosine to the best angle falls off to both sides, so one of the bounds is next best.
   if (best >= axis.lower && best <= axis.upper) return best;
@@ -258,6 +258,10 @@ std::string Text(double value) {
   return text.str();
 }
 
+std::string Text(const Vector3d& v) {
+  return "(" + Text(v.x()) + ", " + Text(v.y()) + ", " + Text(v.z()) + ")";
+}
+
 bool HasAxisCount(const CameraRig& rig) noexcept {
   const int count = rig.size();
   switch (rig.kind) {
@@ -277,7 +281,7 @@ bool HasAxisCount(const CameraRig& rig) noexcept {
   return false;
 }
 
-const char* AxisCountText(RigKind kind) noexcept {
+std::string AxisCountText(RigKind kind) {
   switch (kind) {
     case RigKind::kFixed:
       return "a fixed rig has no axes";
@@ -290,7 +294,7 @@ const char* AxisCountText(RigKind kind) noexcept {
     case RigKind::kFree:
       return "a free rig has the axes x, y, z, pan, tilt, roll";
     case RigKind::kArm:
-      return "a rig on an arm has one axis for each joint, 1 to 16";
+      return "a rig on an arm has one axis for each joint, 1 to " + std::to_string(kMaxRigAxes);
   }
   return "unknown kind";
 }
@@ -452,14 +456,17 @@ RigVector AimAt(const CameraRig& rig, const RigVector& q_c, const Vector3d& p_W)
 
 void Validate(const CameraRig& rig) {
   if (!HasAxisCount(rig)) {
-    Refuse("camera_rig.axes",
-           std::string(AxisCountText(rig.kind)) + ", found " + std::to_string(rig.size()));
+    std::string found = std::to_string(rig.size());
+    if (rig.kind == RigKind::kArm) found += " for " + std::to_string(rig.joints.size()) + " joints";
+    Refuse("camera_rig.axes", AxisCountText(rig.kind) + ", found " + found);
   }
   for (const RigAxis& axis : rig.axes) ValidateAxis(axis, "camera_rig.axes." + axis.name);
   if (!(rig.max_linear_speed > 0.0) || !std::isfinite(rig.max_linear_speed)) {
     Refuse("camera_rig.max_linear_speed", "must be > 0 m/s, is " + Text(rig.max_linear_speed));
   }
-  if (!rig.target_W.allFinite()) Refuse("camera_rig.target", "must be finite");
+  if (!rig.target_W.allFinite()) {
+    Refuse("camera_rig.target", "must be finite (m), is " + Text(rig.target_W));
+  }
   if (rig.kind == RigKind::kSpherical) {
     const RigAxis& R = rig.axes[kR];
     if (!(R.lower > 0.0)) {
@@ -476,9 +483,14 @@ void Validate(const CameraRig& rig) {
   if (rig.kind == RigKind::kRail && !(std::abs(rig.rail_W.norm() - 1.0) < 1e-6)) {
     Refuse("camera_rig.rail", "must be a unit vector, has length " + Text(rig.rail_W.norm()));
   }
-  for (const RigJoint& joint : rig.joints) {
-    if (!(std::abs(joint.axis_W.norm() - 1.0) < 1e-6) || !joint.point_W.allFinite()) {
-      Refuse("camera_rig.joints", "must have unit axes and finite points");
+  for (std::size_t i = 0; i < rig.joints.size(); ++i) {
+    const RigJoint& joint = rig.joints[i];
+    const std::string key = "camera_rig.joints[" + std::to_string(i) + "]";
+    if (!(std::abs(joint.axis_W.norm() - 1.0) < 1e-6)) {
+      Refuse(key + ".axis", "must be a unit vector, has length " + Text(joint.axis_W.norm()));
+    }
+    if (!joint.point_W.allFinite()) {
+      Refuse(key + ".point", "must be finite (m), is " + Text(joint.point_W));
     }
   }
 }

@@ -10,53 +10,25 @@ namespace {
 struct KindForm {
   std::string name;
   std::vector<FeatureKind> kinds;  // Rows made of it; two for both coordinates at once.
-  int min_points;
-  int max_points;
+  PointCount points;
   bool each;  // One feature for each point named.
 };
 
 KindForm SingleForm(FeatureKind kind) {
-  const std::string name = NameOf(kind);
-  switch (kind) {
-    case FeatureKind::kPointX:
-    case FeatureKind::kPointY:
-      return {name, {kind}, 1, kMaxPoints, true};
-    case FeatureKind::kDistance:
-    case FeatureKind::kAngle:
-    case FeatureKind::kSegmentX:
-    case FeatureKind::kSegmentY:
-    case FeatureKind::kSegmentLength:
-    case FeatureKind::kSegmentAngle:
-    case FeatureKind::kSegmentXNormalised:
-    case FeatureKind::kSegmentYNormalised:
-    case FeatureKind::kSegmentInverseLength:
-      return {name, {kind}, 2, 2, false};
-    case FeatureKind::kEdgeAngle:
-      return {name, {kind}, 4, 4, false};
-    case FeatureKind::kArea:
-      return {name, {kind}, 3, kMaxPoints, false};
-    case FeatureKind::kCentroidX:
-    case FeatureKind::kCentroidY:
-    case FeatureKind::kMomentBasic:
-    case FeatureKind::kMomentX:
-    case FeatureKind::kMomentY:
-      return {name, {kind}, 1, kMaxPoints, false};
-    case FeatureKind::kMomentCentred:
-    case FeatureKind::kMomentArea:
-    case FeatureKind::kMomentAreaNormalised:
-    case FeatureKind::kMomentXNormalised:
-    case FeatureKind::kMomentYNormalised:
-    case FeatureKind::kMomentAlpha:
-      return {name, {kind}, 2, kMaxPoints, false};
+  if (kind == FeatureKind::kPointX || kind == FeatureKind::kPointY) {
+    return {NameOf(kind), {kind}, {1, kMaxPoints}, true};
   }
-  return {name, {kind}, 1, kMaxPoints, false};
+  return {NameOf(kind), {kind}, PointsOf(kind), false};
 }
 
 const std::vector<KindForm>& KindForms() {
   static const std::vector<KindForm> forms = [] {
     std::vector<KindForm> all{
-        {"point", {FeatureKind::kPointX, FeatureKind::kPointY}, 1, kMaxPoints, true},
-        {"centroid", {FeatureKind::kCentroidX, FeatureKind::kCentroidY}, 1, kMaxPoints, false}};
+        {"point", {FeatureKind::kPointX, FeatureKind::kPointY}, {1, kMaxPoints}, true},
+        {"centroid",
+         {FeatureKind::kCentroidX, FeatureKind::kCentroidY},
+         PointsOf(FeatureKind::kCentroidX),
+         false}};
     for (const FeatureKind kind : AllFeatureKinds()) all.push_back(SingleForm(kind));
     return all;
   }();
@@ -122,7 +94,7 @@ std::vector<Feature> LoadFeatures(const Section& parent, const std::string& key,
         "kind", KindNames(), kRequired,
         "What is measured of the points; point, point_x and point_y give rows for each of them.")];
     const std::vector<std::int64_t> indices =
-        section.Integers("points", 0, num_points - 1, form.min_points, form.max_points,
+        section.Integers("points", 0, num_points - 1, form.points.least, form.points.most,
                          "Markers of the end effector, counted from 0 in their list's order.");
     std::vector<int> points(indices.begin(), indices.end());
     if (std::set<int>(points.begin(), points.end()).size() != points.size() &&

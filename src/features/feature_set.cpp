@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <Eigen/QR>
@@ -21,47 +22,6 @@ namespace {
 
 using Eigen::Vector2d;
 using PointMatrix = Eigen::Matrix<double, 2, 6>;
-
-struct PointCount {
-  std::size_t least, most;
-};
-
-PointCount PointsOf(FeatureKind kind) noexcept {
-  constexpr std::size_t kAny = static_cast<std::size_t>(kMaxPoints);
-  switch (kind) {
-    case FeatureKind::kPointX:
-    case FeatureKind::kPointY:
-      return {1, 1};
-    case FeatureKind::kDistance:
-    case FeatureKind::kAngle:
-    case FeatureKind::kSegmentX:
-    case FeatureKind::kSegmentY:
-    case FeatureKind::kSegmentLength:
-    case FeatureKind::kSegmentAngle:
-    case FeatureKind::kSegmentXNormalised:
-    case FeatureKind::kSegmentYNormalised:
-    case FeatureKind::kSegmentInverseLength:
-      return {2, 2};
-    case FeatureKind::kEdgeAngle:
-      return {4, 4};
-    case FeatureKind::kArea:
-      return {3, kAny};
-    case FeatureKind::kCentroidX:
-    case FeatureKind::kCentroidY:
-    case FeatureKind::kMomentBasic:
-    case FeatureKind::kMomentX:
-    case FeatureKind::kMomentY:
-      return {1, kAny};
-    case FeatureKind::kMomentCentred:
-    case FeatureKind::kMomentArea:
-    case FeatureKind::kMomentAreaNormalised:
-    case FeatureKind::kMomentXNormalised:
-    case FeatureKind::kMomentYNormalised:
-    case FeatureKind::kMomentAlpha:
-      return {2, kAny};
-  }
-  return {1, 0};  // not a kind: no number of points fits
-}
 
 std::string Key(std::size_t row) {
   return "features[" + std::to_string(row) + "]";
@@ -89,13 +49,16 @@ void CheckMoment(std::size_t row, const Feature& feature) {
   }
   if (!(feature.desired_area > 0.0) || !std::isfinite(feature.desired_area) ||
       !(feature.desired_depth > 0.0) || !std::isfinite(feature.desired_depth)) {
-    throw ConfigError("", Key(row), "desired area and depth must be > 0 and finite");
+    throw ConfigError("", Key(row),
+                      "desired area and depth must be > 0 and finite, are " +
+                          std::to_string(feature.desired_area) + " px^2 and " +
+                          std::to_string(feature.desired_depth) + " m");
   }
 }
 
 void CheckFeature(std::size_t row, const Feature& feature, int num_points) {
   const auto [least, most] = PointsOf(feature.kind);
-  const std::size_t count = feature.points.size();
+  const auto count = static_cast<int>(feature.points.size());
   if (count < least || count > most) {
     throw ConfigError("", Key(row),
                       "must name " + std::to_string(least) +
@@ -315,60 +278,6 @@ Matrix6d CameraOnBody(const Eigen::Isometry3d& X_WC, const Eigen::Vector3d& p_WE
 
 }  // namespace
 
-const char* NameOf(FeatureKind kind) noexcept {
-  switch (kind) {
-    case FeatureKind::kPointX:
-      return "point_x";
-    case FeatureKind::kPointY:
-      return "point_y";
-    case FeatureKind::kDistance:
-      return "distance";
-    case FeatureKind::kAngle:
-      return "angle";
-    case FeatureKind::kEdgeAngle:
-      return "edge_angle";
-    case FeatureKind::kArea:
-      return "area";
-    case FeatureKind::kCentroidX:
-      return "centroid_x";
-    case FeatureKind::kCentroidY:
-      return "centroid_y";
-    case FeatureKind::kSegmentX:
-      return "segment_x";
-    case FeatureKind::kSegmentY:
-      return "segment_y";
-    case FeatureKind::kSegmentLength:
-      return "segment_length";
-    case FeatureKind::kSegmentAngle:
-      return "segment_angle";
-    case FeatureKind::kSegmentXNormalised:
-      return "segment_x_normalised";
-    case FeatureKind::kSegmentYNormalised:
-      return "segment_y_normalised";
-    case FeatureKind::kSegmentInverseLength:
-      return "segment_inverse_length";
-    case FeatureKind::kMomentBasic:
-      return "moment_basic";
-    case FeatureKind::kMomentCentred:
-      return "moment_centred";
-    case FeatureKind::kMomentX:
-      return "moment_x";
-    case FeatureKind::kMomentY:
-      return "moment_y";
-    case FeatureKind::kMomentArea:
-      return "moment_area";
-    case FeatureKind::kMomentAreaNormalised:
-      return "moment_area_normalised";
-    case FeatureKind::kMomentXNormalised:
-      return "moment_x_normalised";
-    case FeatureKind::kMomentYNormalised:
-      return "moment_y_normalised";
-    case FeatureKind::kMomentAlpha:
-      return "moment_alpha";
-  }
-  return "";
-}
-
 const char* NameOf(RowStatus status) noexcept {
   switch (status) {
     case RowStatus::kOk:
@@ -385,17 +294,6 @@ const char* NameOf(RowStatus status) noexcept {
       return "UNDEFINED";
   }
   return "?";
-}
-
-const std::vector<FeatureKind>& AllFeatureKinds() {
-  static const std::vector<FeatureKind> kinds = [] {
-    std::vector<FeatureKind> all;
-    for (int i = 0; i <= static_cast<int>(FeatureKind::kMomentAlpha); ++i) {
-      all.push_back(static_cast<FeatureKind>(i));
-    }
-    return all;
-  }();
-  return kinds;
 }
 
 CameraModel InUnits(const CameraModel& camera, ImageUnits units, double focal_length) noexcept {
@@ -441,48 +339,42 @@ FeatureSet FeatureSet::AllPoints(int num_points) {
 
 void FeatureSet::Evaluate(const CameraModel& camera, const PointViews& points, FeatureRows* rows,
                           InteractionSource source) const {
+  EvaluateRows(camera, points, source, true, rows);
+}
+
+void FeatureSet::EvaluateValues(const CameraModel& camera, const PointViews& points,
+                                FeatureRows* rows) const {
+  EvaluateRows(camera, points, InteractionSource::kClosedForm, false, rows);
+}
+
+void FeatureSet::EvaluateRows(const CameraModel& camera, const PointViews& points,
+                              InteractionSource source, bool with_gradient,
+                              FeatureRows* rows) const {
   assert(static_cast<int>(points.size()) == num_points_);
   Points image(camera, points, source);
   const auto most = static_cast<Eigen::Index>(features_.size());
   rows->s.resize(most);
-  rows->L.resize(most, 6);
-  rows->L_body.resize(most, 6);
+  rows->L.resize(with_gradient ? most : 0, 6);
+  rows->L_body.resize(with_gradient ? most : 0, 6);
   rows->status.fill(RowStatus::kNotSeen);
   Eigen::Index count = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
     Row row;
-    rows->status[i] = image.Evaluate(features_[i], true, &row);
+    rows->status[i] = image.Evaluate(features_[i], with_gradient, &row);
     if (rows->status[i] != RowStatus::kOk) continue;
     rows->s(count) = row.value;
-    rows->L.row(count) = row.L;
-    rows->L_body.row(count) = row.L_body;
+    if (with_gradient) {
+      rows->L.row(count) = row.L;
+      rows->L_body.row(count) = row.L_body;
+    }
     rows->feature[count] = static_cast<int>(i);
     ++count;
   }
   // Storage is column-major and inside the object: shrinking by copy, never by the heap.
   rows->s.conservativeResize(count);
+  if (!with_gradient) return;
   rows->L.conservativeResize(count, 6);
   rows->L_body.conservativeResize(count, 6);
-}
-
-void FeatureSet::EvaluateValues(const CameraModel& camera, const PointViews& points,
-                                FeatureRows* rows) const {
-  assert(static_cast<int>(points.size()) == num_points_);
-  Points image(camera, points, InteractionSource::kClosedForm);
-  rows->s.resize(static_cast<Eigen::Index>(features_.size()));
-  rows->L.resize(0, 6);
-  rows->L_body.resize(0, 6);
-  rows->status.fill(RowStatus::kNotSeen);
-  Eigen::Index count = 0;
-  for (std::size_t i = 0; i < features_.size(); ++i) {
-    Row row;
-    rows->status[i] = image.Evaluate(features_[i], false, &row);
-    if (rows->status[i] != RowStatus::kOk) continue;
-    rows->s(count) = row.value;
-    rows->feature[count] = static_cast<int>(i);
-    ++count;
-  }
-  rows->s.conservativeResize(count);
 }
 
 FeatureJacobian ImageJacobian(const FeatureJacobian& L_body, const Eigen::Isometry3d& X_WC,

@@ -213,7 +213,8 @@ RowStatus EvaluateMoment(const Feature& feature, const PixelArray& pixels, doubl
   return RowStatus::kOk;
 }
 
-// Hᵀ of a function of linear combinations of pixels: rows of B are their coefficients by (u_0, v_0, ...).
+// Second derivative by the pixels (u_0, v_0, ...) of a function of linear combinations of them: rows of B
+// are the combinations' coefficients, h is the second derivative by the combinations.
 MatrixXd Congruent(const MatrixXd& h, const MatrixXd& B) {
   return B.transpose() * h * B;
 }
@@ -301,22 +302,6 @@ bool IsLinear(const Feature& feature) noexcept {
 }
 
 }  // namespace
-
-bool IsSegment(FeatureKind kind) noexcept {
-  return kind >= FeatureKind::kSegmentX && kind <= FeatureKind::kSegmentInverseLength;
-}
-
-bool IsPair(FeatureKind kind) noexcept {
-  return kind == FeatureKind::kDistance || kind == FeatureKind::kAngle || IsSegment(kind);
-}
-
-bool IsMoment(FeatureKind kind) noexcept {
-  return kind >= FeatureKind::kMomentBasic && kind <= FeatureKind::kMomentAlpha;
-}
-
-bool IsMadeOfMoments(FeatureKind kind) noexcept {
-  return IsMoment(kind) && kind != FeatureKind::kMomentBasic && kind != FeatureKind::kMomentCentred;
-}
 
 PairJet PairForm(FeatureKind kind, const Vector2d& e, const Vector2d& c) noexcept {
   const PairJet ex = PairJet::Variable(e.x(), 0);

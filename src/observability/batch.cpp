@@ -1,6 +1,7 @@
 #include "vantage/observability/batch.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -17,6 +18,7 @@ namespace {
 
 using batch::kCameraFields;
 using batch::kPadding;
+using batch::Padded;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -41,10 +43,6 @@ const batch::Kernels<double>& KernelsOf<double>(BatchIsa isa) {
 template <>
 const batch::Kernels<float>& KernelsOf<float>(BatchIsa isa) {
   return TableOf(isa).f32;
-}
-
-int Padded(int count) {
-  return (count + kPadding - 1) / kPadding * kPadding;
 }
 
 batch::Quantity QuantityOf(BatchMeasure measure) {
@@ -177,7 +175,6 @@ void ScoreIn(BatchIsa isa, const BatchScene::Data& data, const BatchCameras& cam
   const batch::PackedForm& form = NeedsSingularValues(measure) ? data.Generic() : data.form;
   const CameraBlock<T> block(cameras, first, count, data.origin, data.unit);
   Output<T> sum(count), least(count);
-  // Single and double precision differ in the arrays of the least value alone when it is not asked for.
   batch::ValueOutput<T> out{sum.data(), with_least ? least.data() : nullptr};
   KernelsOf<T>(isa).value(ViewOf<T>(form), block.view(), LensOf<T>(lens), QuantityOf(measure), out);
   const FocalShare share = FocalShareOf(measure, lens.fy, data.rank);
@@ -394,19 +391,14 @@ void BatchEvaluator::Profile(const BatchScene& scene, const Eigen::Isometry3d& X
     PlainProfile(scene, X_WC, zoom, lens, profile);
     return;
   }
-  std::array<double, kCameraFields> fields{};
-  batch::CamerasView<double> camera{};
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int k = 0; k < 3; ++k) fields[3 * axis + k] = X_WC.linear()(k, axis);
-    fields[9 + axis] = X_WC.translation()(axis);
-  }
-  fields[batch::kZoomField] = zoom;
-  for (int f = 0; f < kCameraFields; ++f) camera.field[f] = &fields[f];
-  camera.count = 1;
+  BatchCameras camera;
+  camera.Resize(1);
+  camera.Set(0, X_WC, zoom);
+  const CameraBlock<double> block(camera, 0, 1, data.origin, data.unit);
 
   const int N = view.samples, padded = view.padded;
   std::vector<double> w(padded), slopes(with_gradient ? 6 * padded : 0);
-  KernelsOf<double>(isa_).profile(view, camera, LensOf<double>(lens),
+  KernelsOf<double>(isa_).profile(view, block.view(), LensOf<double>(lens),
                                   {w.data(), with_gradient ? slopes.data() : nullptr});
   const double factor = std::pow(lens.fy, data.rank);
   profile->w.resize(N);

@@ -13,6 +13,11 @@ namespace vantage {
 
 namespace batch {
 
+/// `count` rounded up to a multiple of kPadding.
+constexpr int Padded(int count) noexcept {
+  return (count + kPadding - 1) / kPadding * kPadding;
+}
+
 /// Records of one form in one precision, with the memory behind the view.
 template <class T>
 struct PackedScene {

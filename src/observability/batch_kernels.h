@@ -15,6 +15,8 @@ inline constexpr int kPadding = 16;
 inline constexpr int kMaxBatchPoints = 16;
 inline constexpr int kMaxBatchRows = 16;
 inline constexpr int kMaxBatchColumns = 16;
+/// Most boxes among the obstacles.
+inline constexpr int kMaxBatchBoxes = 16;
 
 /// Coordinates of one camera: the rows of R_CW (camera axes in the world), the centre, the zoom.
 inline constexpr int kCameraFields = 13;
@@ -166,8 +168,8 @@ struct Kernels {
   void (*frustum)(const HullView<T>&, const CamerasView<T>&, const Lens<T>&,
                   const FrustumOutput<T>&);
   void (*obstacles)(const ObstaclesView<T>&, const CamerasView<T>&, const ObstacleOutput<T>&);
-  /// False when the family has no analytic gradient here (w is not written then).
-  bool (*profile)(const SceneView<T>&, const CamerasView<T>&, const Lens<T>&,
+  /// kGeneric has no gradient here: out.gradient must be null.
+  void (*profile)(const SceneView<T>&, const CamerasView<T>&, const Lens<T>&,
                   const ProfileOutput<T>&);
 };
 

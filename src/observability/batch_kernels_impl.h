@@ -71,8 +71,8 @@ TripleCamera<B> PrepareTriple(const Camera<B>& camera, const Lens<T>& lens) noex
   return t;
 }
 
-// Fields of a record.
-enum TripleField { kTripleM = 0, kTripleM0 = 8, kTripleP1 = 11, kTripleP2 = 14, kTripleTail = 17 };
+// Fields of a record; M comes first.
+enum TripleField { kTripleM0 = 8, kTripleP1 = 11, kTripleP2 = 14, kTripleTail = 17 };
 
 template <class B>
 struct TripleTerms {
@@ -108,8 +108,6 @@ inline Vec<B> AdjugateTimesRay(const Record& s, int field, const Vec<B>& c) noex
           Fnma(s[field + 6], c.x, Fnma(s[field + 7], c.y, Fnma(s[field + 8], c.z, s[field + 11])))};
 }
 
-constexpr int kMaxTail = 3;
-
 template <class B, class Record>
 inline B TripleVolume(const Record& s, const TripleCamera<B>& k, const TripleTerms<B>& t,
                       int tail) noexcept {
@@ -135,7 +133,7 @@ inline B TripleW(const Record& s, const TripleCamera<B>& k, int tail, const B& m
 //
 // w = zoom² aspect |adj(A1) d1| / Z1³.
 
-enum PairField { kPairP = 0, kPairAdjugate = 3, kPairFields = 15 };
+enum PairField { kPairP = 0, kPairAdjugate = 3 };
 
 template <class B, class Record>
 inline B PairW(const Record& s, const TripleCamera<B>& k, const B& min_depth) noexcept {
@@ -497,11 +495,15 @@ B PowerOf(const B& base, int exponent) noexcept {
 
 // ---- Scans: a camera in each lane ---------------------------------------------------------------
 
+// Quantities that may be -inf.
+constexpr bool IsUnbounded(Quantity quantity) noexcept {
+  return quantity == Quantity::kLogW || quantity == Quantity::kNegativeTrace;
+}
+
 // Value that a sample has when a point is behind the camera.
 template <class B>
 B WorstOf(Quantity quantity) noexcept {
-  const bool unbounded = quantity == Quantity::kLogW || quantity == Quantity::kNegativeTrace;
-  return All<B>(unbounded ? -__builtin_huge_val() : 0.0);
+  return All<B>(IsUnbounded(quantity) ? -__builtin_huge_val() : 0.0);
 }
 
 template <class B>
@@ -509,14 +511,16 @@ class Tally {
  public:
   using T = typename B::value_type;
   explicit Tally(Quantity quantity) noexcept
-      : log_(quantity == Quantity::kLogW), worst_(WorstOf<B>(quantity)) {}
+      : log_(quantity == Quantity::kLogW),
+        unbounded_(IsUnbounded(quantity)),
+        worst_(WorstOf<B>(quantity)) {}
   // `w` of one sample as the quantity asks, before the logarithm.
   void Add(const B& w, const B& weight) noexcept {
     B value = w;
     if (log_) value = xsimd::select(w > B(0), xsimd::log(w), worst_);
     // 0 · -inf is no number; samples without weight count for the least value alone.
-    sum_ =
-        log_ ? sum_ + xsimd::select(weight > B(0), weight * value, B(0)) : Fma(weight, value, sum_);
+    sum_ = unbounded_ ? sum_ + xsimd::select(weight > B(0), weight * value, B(0))
+                      : Fma(weight, value, sum_);
     least_ = xsimd::min(least_, value);
   }
   void Store(const ValueOutput<T>& out, int first) const noexcept {
@@ -526,6 +530,7 @@ class Tally {
 
  private:
   bool log_;
+  bool unbounded_;
   B worst_;
   B sum_ = All<B>(0.0);
   B least_ = All<B>(__builtin_huge_val());
@@ -819,14 +824,12 @@ inline B BoxGap(const BoxTest<T>& box, const Vec<B>& p, const Vec<B>& c) noexcep
   return xsimd::max(gap, cross * inverse);
 }
 
-constexpr int kMaxBoxes = 16;
-
 template <class B, class T>
 void ScanObstacles(const ObstaclesView<T>& scene, const CamerasView<T>& cameras,
                    const ObstacleOutput<T>& out) {
   for (int first = 0; first < cameras.count; first += static_cast<int>(B::size)) {
     const Camera<B> k = LoadCameras<B>(cameras, first);
-    Vec<B> in_box[kMaxBoxes];
+    Vec<B> in_box[kMaxBatchBoxes];
     const auto to_box = [](const BoxTest<T>& box, const Vec<B>& p) {
       const Vec<B> d{p.x - B(box.centre[0]), p.y - B(box.centre[1]), p.z - B(box.centre[2])};
       const auto row = [&](int i) {
@@ -898,7 +901,7 @@ void AddDepth(const Camera<B>& k, const Vec<B>& d, const B& slope, TwistGradient
 }
 
 template <class B, class T>
-bool ProfileTriple(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
+void ProfileTriple(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
                    const ProfileOutput<T>& out) noexcept {
   const Camera<B> camera = BroadcastCamera<B>(cameras);
   const TripleCamera<B> k = PrepareTriple(camera, lens);
@@ -957,11 +960,10 @@ bool ProfileTriple(const SceneView<T>& scene, const CamerasView<T>& cameras, con
     AddDepth(camera, d2, xsimd::select(seen, B(-2) * w / t.Z2, B(0)), &g);
     StoreGradient(g, scene, first, out.gradient);
   }
-  return true;
 }
 
 template <class B, class T>
-bool ProfilePair(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
+void ProfilePair(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
                  const ProfileOutput<T>& out) noexcept {
   const Camera<B> camera = BroadcastCamera<B>(cameras);
   const B scale = camera.zoom * camera.zoom * B(lens.aspect);
@@ -988,11 +990,9 @@ bool ProfilePair(const SceneView<T>& scene, const CamerasView<T>& cameras, const
     AddDepth(camera, d, xsimd::select(seen, B(-3) * w / Z, B(0)), &g);
     StoreGradient(g, scene, first, out.gradient);
   }
-  return true;
 }
 
-// Inverse of the symmetric 4×4 matrix whose upper triangle is (00, 01, 02, 03, 11, 12, 13, 22, 23, 33),
-// by L D Lᵀ.
+// Inverse of a symmetric, positive definite 4×4 matrix by L D Lᵀ.
 template <class B>
 void InvertFour(const B (&h)[4][4], B (&x)[4][4]) noexcept {
   B L[4][4], d[4];
@@ -1028,7 +1028,7 @@ void InvertFour(const B (&h)[4][4], B (&x)[4][4]) noexcept {
 }
 
 template <int P, class B, class T>
-bool ProfileSix(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
+void ProfileSix(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
                 const ProfileOutput<T>& out) noexcept {
   const Camera<B> camera = BroadcastCamera<B>(cameras);
   const SixCamera<B> k = PrepareSix(camera, lens);
@@ -1143,23 +1143,21 @@ bool ProfileSix(const SceneView<T>& scene, const CamerasView<T>& cameras, const 
         {times_w(twist.omega.x), times_w(twist.omega.y), times_w(twist.omega.z)}};
     StoreGradient(result, scene, first, out.gradient);
   }
-  return true;
 }
 
+// Values alone.
 template <class B, class T>
-bool ProfileGeneric(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
+void ProfileGeneric(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
                     const ProfileOutput<T>& out) noexcept {
-  if (out.gradient != nullptr) return false;
   const Camera<B> camera = BroadcastCamera<B>(cameras);
   for (int first = 0; first < scene.padded; first += static_cast<int>(B::size)) {
     const Gathered<B> s(scene.lanes, scene.padded, first);
     GenericW(scene, s, camera, lens, Quantity::kW).store_unaligned(out.w + first);
   }
-  return true;
 }
 
 template <class B, class T>
-bool Profile(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
+void Profile(const SceneView<T>& scene, const CamerasView<T>& cameras, const Lens<T>& lens,
              const ProfileOutput<T>& out) {
   switch (scene.family) {
     case Family::kTriple:
@@ -1184,7 +1182,6 @@ bool Profile(const SceneView<T>& scene, const CamerasView<T>& cameras, const Len
     case Family::kGeneric:
       return ProfileGeneric<B>(scene, cameras, lens, out);
   }
-  return false;
 }
 
 // ---- Table --------------------------------------------------------------------------------------

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -12,13 +11,13 @@
 #include "convex_hull.h"
 #include "vantage/camera/pinhole.h"
 #include "vantage/math/error.h"
+#include "vantage/math/segment.h"
 #include "vantage/observability/batch.h"
 
 namespace vantage {
 namespace {
 
 using batch::Family;
-using batch::kPadding;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -82,21 +81,25 @@ void CheckRows(const std::vector<BatchRow>& rows, int points) {
   }
 }
 
-// Points of one body keep their distances: (P_i - P_j) · (dP_i - dP_j) = 0.
+// Points of one body keep their distances: (P_a - P_b) · (dP_a - dP_b) = 0.
+bool KeepDistance(const BatchSample& s, std::size_t a, std::size_t b) {
+  const Vector3d r = s.p_W[a] - s.p_W[b];
+  double speed = 0.0, change = 0.0;
+  for (Eigen::Index k = 0; k < s.J_p_W[a].cols(); ++k) {
+    const Vector3d dP_a = s.J_p_W[a].col(k), dP_b = s.J_p_W[b].col(k);
+    speed = std::max(speed, dP_a.norm() + dP_b.norm());
+    change = std::max(change, std::abs(r.dot(dP_a - dP_b)));
+  }
+  return change <= kRigidTolerance * r.norm() * speed;
+}
+
 void CheckRigid(const std::vector<BatchSample>& samples) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const BatchSample& s = samples[i];
-    for (std::size_t j = 1; j < s.p_W.size(); ++j) {
-      const Vector3d r = s.p_W[j] - s.p_W[0];
-      const PointJacobian& A = s.J_p_W[j];
-      double speed = 0.0, change = 0.0;
-      for (Eigen::Index k = 0; k < A.cols(); ++k) {
-        const Vector3d here = A.col(k), there = s.J_p_W[0].col(k);
-        speed = std::max(speed, here.norm() + there.norm());
-        change = std::max(change, std::abs(r.dot(here - there)));
-      }
-      if (change > kRigidTolerance * r.norm() * speed) {
-        Refuse(Item("samples", i), "is no motion of one body");
+    for (std::size_t a = 1; a < samples[i].p_W.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
+        if (KeepDistance(samples[i], a, b)) continue;
+        Refuse(Item("samples", i), "is no motion of one body: points " + std::to_string(b) +
+                                       " and " + std::to_string(a) + " change their distance");
       }
     }
   }
@@ -335,7 +338,7 @@ template <class T>
 void Pack(const BatchScene::Data& data, Family family, const std::vector<BatchSample>& samples,
           double min_depth, const batch::HullView<T>& hull, batch::PackedScene<T>* out) {
   const auto N = static_cast<int>(samples.size());
-  const int padded = (N + kPadding - 1) / kPadding * kPadding;
+  const int padded = batch::Padded(N);
   const bool spans = family == Family::kRigidSix && SpansBody(samples.front());
   int fields = 0;
   for (int i = 0; i < N; ++i) {
@@ -393,14 +396,6 @@ void PackForm(const BatchScene::Data& data, Family family, batch::PackedForm* fo
   Pack(data, family, Rescaled(data), kMinDepth / data.unit, data.hull32.view, &form->f32);
 }
 
-// Distance of p to the line segment from a to b.
-double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d along = b - a;
-  const double length2 = along.squaredNorm();
-  const double t = length2 > 0.0 ? std::clamp((p - a).dot(along) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - t * along).norm();
-}
-
 // Every so many points of a chain is a node.
 constexpr std::size_t kChainLength = 8;
 
@@ -423,11 +418,12 @@ void PackHull(const std::vector<Vector3d>& points, const std::vector<int>& hull,
     batch::Chain<T> chain{};
     chain.first = static_cast<int>(out->xyz.size() / 3);
     if (next < hull.size() && next > at && track[next] == track[at]) {
+      const Vector3d& a = points[hull[at]];
+      const Vector3d along = points[hull[next]] - a;
       double sag = 0.0;
       for (std::size_t i = at + 1; i < next; ++i) {
         append(hull[i], &out->xyz);
-        sag =
-            std::max(sag, DistanceToSegment(points[hull[i]], points[hull[at]], points[hull[next]]));
+        sag = std::max(sag, std::sqrt(SquaredDistanceToSegment(points[hull[i]], a, along)));
       }
       chain.count = static_cast<int>(next - at) - 1;
       chain.sag = static_cast<T>(sag / unit + slack);
@@ -480,7 +476,9 @@ const batch::PackedForm& BatchScene::Data::Generic() const {
 BatchScene::BatchScene(std::vector<BatchSample> samples, BatchBody body, std::vector<BatchRow> rows,
                        double unit) {
   CheckSamples(samples);
-  if (!(unit >= 0.0) || !std::isfinite(unit)) Refuse("unit", "must be >= 0 m");
+  if (!(unit >= 0.0) || !std::isfinite(unit)) {
+    Refuse("unit", "must be >= 0 m, is " + std::to_string(unit));
+  }
   auto data = std::make_unique<Data>();
   data->points = static_cast<int>(samples.front().p_W.size());
   data->joints = static_cast<int>(samples.front().J_p_W.front().cols());
@@ -508,9 +506,6 @@ const std::vector<BatchSample>& BatchScene::samples() const noexcept {
 const std::vector<BatchRow>& BatchScene::rows() const noexcept {
   return data_->rows;
 }
-BatchBody BatchScene::body() const noexcept {
-  return data_->body;
-}
 int BatchScene::joints() const noexcept {
   return data_->joints;
 }
@@ -537,94 +532,5 @@ std::string BatchScene::form() const {
   }
   return "generic";
 }
-
-// ---- Obstacles ----------------------------------------------------------------------------------
-
-namespace {
-
-template <class T>
-void Copy(const Vector3d& from, T (&to)[3]) {
-  for (int i = 0; i < 3; ++i) to[i] = static_cast<T>(from(i));
-}
-
-template <class T>
-batch::CapsuleTest<T> MakeTest(const Vector3d& P, const BatchCapsule& capsule, double unit) {
-  const Vector3d axis = capsule.p_WB - capsule.p_WA;
-  const double length = axis.norm();
-  // The axis of a ball is a point: any direction does, with no room along it.
-  const Vector3d u = length > 0.0 ? Vector3d(axis / length) : Vector3d::UnitX();
-  const Vector3d from_A = P - capsule.p_WA;
-  const double along = u.dot(from_A);
-  const Vector3d e = from_A - along * u;
-  batch::CapsuleTest<T> test{};
-  Copy(u, test.u);
-  Copy(Vector3d(e / unit), test.e);
-  test.e2 = static_cast<T>(e.squaredNorm() / (unit * unit));
-  test.before = static_cast<T>(-along / unit);
-  test.after = static_cast<T>((length - along) / unit);
-  test.half_radius = static_cast<T>(0.5 * capsule.radius / unit);
-  test.half_inverse = static_cast<T>(0.5 * unit / capsule.radius);
-  return test;
-}
-
-template <class T>
-void PackObstacles(const std::vector<BatchSight>& sights, const std::vector<BatchBox>& boxes,
-                   double max_incidence, const Vector3d& origin, double unit,
-                   batch::PackedObstacles<T>* out) {
-  for (const BatchSight& s : sights) {
-    batch::Sight<T> sight{};
-    Copy(Vector3d((s.p_W - origin) / unit), sight.p);
-    Copy(s.normal_W, sight.normal);
-    sight.first_capsule = static_cast<int>(out->capsule.size());
-    sight.capsules = static_cast<int>(s.capsules.size());
-    for (const BatchCapsule& capsule : s.capsules) {
-      out->capsule.push_back(MakeTest<T>(s.p_W, capsule, unit));
-    }
-    out->sight.push_back(sight);
-  }
-  for (const BatchBox& b : boxes) {
-    batch::BoxTest<T> box{};
-    for (int i = 0; i < 9; ++i) box.b[i] = static_cast<T>(b.X_WB.linear()(i % 3, i / 3));
-    Copy(Vector3d((b.X_WB.translation() - origin) / unit), box.centre);
-    Copy(Vector3d(b.half / unit), box.half);
-    out->box.push_back(box);
-  }
-  out->view.sight = out->sight.data();
-  out->view.sights = static_cast<int>(out->sight.size());
-  out->view.capsule = out->capsule.data();
-  out->view.box = out->box.data();
-  out->view.boxes = static_cast<int>(out->box.size());
-  out->view.facing = max_incidence < M_PI;
-  out->view.min_cosine = static_cast<T>(std::cos(std::min(max_incidence, M_PI)));
-}
-
-}  // namespace
-
-BatchObstacles::BatchObstacles(std::vector<BatchSight> sights, std::vector<BatchBox> boxes,
-                               double max_incidence, double unit) {
-  constexpr std::size_t kMostBoxes = 16;
-  if (boxes.size() > kMostBoxes) {
-    Refuse("boxes", "must be " + std::to_string(kMostBoxes) + " at most, are " +
-                        std::to_string(boxes.size()));
-  }
-  if (!(unit > 0.0) || !std::isfinite(unit)) Refuse("unit", "must be > 0 m");
-  for (const BatchSight& s : sights) {
-    for (const BatchCapsule& c : s.capsules) {
-      if (!(c.radius > 0.0)) {
-        Refuse("capsules", "must have a radius > 0 m, one has " + std::to_string(c.radius));
-      }
-    }
-  }
-  auto data = std::make_unique<Data>();
-  if (!sights.empty()) data->origin = sights[sights.size() / 2].p_W;
-  data->unit = unit;
-  PackObstacles(sights, boxes, max_incidence, Vector3d::Zero(), 1.0, &data->f64);
-  PackObstacles(sights, boxes, max_incidence, data->origin, unit, &data->f32);
-  data_ = std::move(data);
-}
-
-BatchObstacles::~BatchObstacles() = default;
-BatchObstacles::BatchObstacles(BatchObstacles&&) noexcept = default;
-BatchObstacles& BatchObstacles::operator=(BatchObstacles&&) noexcept = default;
 
 }  // namespace vantage

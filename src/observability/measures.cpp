@@ -148,6 +148,9 @@ double Square(double x) noexcept {
 using Gram =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
 
+// Share of the usual motion of the points below which a joint motion hardly moves them.
+constexpr double kHardlyMoves = 0.02;
+
 // Singular values squared of points that stand still, relative to the first: a ten millionth of the motion.
 constexpr double kStandsStill = 1e-14;
 
@@ -166,6 +169,20 @@ bool MovesInAll(const Gram& G, int s) noexcept {
 }
 
 }  // namespace
+
+const char* Name(LowCause cause) noexcept {
+  switch (cause) {
+    case LowCause::kNone:
+      return "NONE";
+    case LowCause::kView:
+      return "VIEW";
+    case LowCause::kArm:
+      return "ARM";
+    case LowCause::kFeatures:
+      return "FEATURES";
+  }
+  return "UNKNOWN";
+}
 
 const char* Name(MeasureStatus status) noexcept {
   switch (status) {
@@ -430,8 +447,8 @@ PointJacobian PointJacobianOf(const ArmJacobian& J_r, const Eigen::Vector3d& p_E
 }
 
 LowCause DiagnoseLowMeasure(const SingularSystem& composite,
-                            const std::vector<PointJacobian>& points, int rows_needed, bool low,
-                            const DiagnosisOptions& options) noexcept {
+                            const std::vector<PointJacobian>& points, int rows_needed,
+                            bool low) noexcept {
   const Measure& seen = composite.measure;
   const int s = seen.size();
   if (s == 0 || composite.axes.rows() < rows_needed || points.empty()) return LowCause::kFeatures;
@@ -449,7 +466,7 @@ LowCause DiagnoseLowMeasure(const SingularSystem& composite,
   if (!MovesInAll(gram, s)) return LowCause::kArm;
   const double usual =
       gram.trace() / static_cast<double>(std::min<Eigen::Index>(n, kTaskDimension));
-  return moved < Square(options.arm_share) * usual ? LowCause::kArm : LowCause::kView;
+  return moved < Square(kHardlyMoves) * usual ? LowCause::kArm : LowCause::kView;
 }
 
 namespace {

@@ -1,7 +1,6 @@
 #include "vantage/observability/paper_product.h"
 
 #include <cassert>
-#include <cmath>
 
 namespace vantage {
 namespace {

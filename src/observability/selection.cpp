@@ -1,8 +1,10 @@
 #include "vantage/observability/selection.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace vantage {
 namespace {

@@ -4,32 +4,16 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <kdl/frames.hpp>
 
 #include "vantage/robot/arm_model.h"
 
 /// @file
-/// Private to the module: what an ArmModel holds, and frames from KDL, which knows the conventions of Denavit
-/// and Hartenberg.
+/// Private to the module: what an ArmModel holds.
 
 namespace vantage {
 
-[[nodiscard]] inline Eigen::Vector3d FromKdl(const KDL::Vector& p) {
-  return {p.x(), p.y(), p.z()};
-}
-
-[[nodiscard]] inline Eigen::Isometry3d FromKdl(const KDL::Frame& X) {
-  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) result.linear()(i, j) = X.M(i, j);
-  }
-  result.translation() = FromKdl(X.p);
-  return result;
-}
-
-/// One joint with its link: X_before, the joint's motion, X_after.
+/// What stands about a joint's motion: X_before, the motion, X_after to the joint's link.
 struct ArmJoint {
-  JointKind kind{JointKind::kRevolute};
   bool has_before{false};  ///< X_before is not the identity.
   Eigen::Isometry3d X_before{Eigen::Isometry3d::Identity()};
   Eigen::Isometry3d X_after{Eigen::Isometry3d::Identity()};

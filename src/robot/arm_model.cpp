@@ -4,10 +4,12 @@
 #include <cassert>
 #include <cmath>
 #include <set>
-#include <sstream>
 #include <utility>
 
+#include <kdl/frames.hpp>
+
 #include "arm_data.h"
+#include "message_text.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -37,38 +39,39 @@ void RequireLimits(const std::vector<JointLimits>& limits, std::size_t joints) {
   }
   for (std::size_t i = 0; i < limits.size(); ++i) {
     const JointLimits& limit = limits[i];
-    std::ostringstream reason;
+    std::string reason;
     if (!std::isfinite(limit.lower) || !std::isfinite(limit.upper) ||
         !(limit.upper > limit.lower)) {
-      reason << "range must be finite with upper > lower, is [" << limit.lower << ", "
-             << limit.upper << "]";
+      reason = "range must be finite with upper > lower, is [" + Text({limit.lower}) + ", " +
+               Text({limit.upper}) + "]";
     } else if (!std::isfinite(limit.velocity) || !(limit.velocity > 0.0)) {
-      reason << "velocity must be finite and > 0, is " << limit.velocity;
+      reason = "velocity must be finite and > 0, is " + Text({limit.velocity});
     } else if (!std::isfinite(limit.acceleration) || !(limit.acceleration > 0.0)) {
-      reason << "acceleration must be finite and > 0, is " << limit.acceleration;
+      reason = "acceleration must be finite and > 0, is " + Text({limit.acceleration});
     } else {
       continue;
     }
-    throw ConfigError("", Element("limits", i), reason.str());
+    throw ConfigError("", Element("limits", i), reason);
   }
+}
+
+void RequireLink(int link, const std::string& key, std::size_t joints) {
+  if (link >= -1 && link < static_cast<int>(joints)) return;
+  throw ConfigError(
+      "", key,
+      "link must be -1 (base) to " + std::to_string(joints - 1) + ", is " + std::to_string(link));
 }
 
 void RequireCapsules(const std::vector<Capsule>& capsules, std::size_t joints) {
   for (std::size_t i = 0; i < capsules.size(); ++i) {
     const Capsule& capsule = capsules[i];
     const std::string key = Element("capsules", i);
-    if (capsule.link < -1 || capsule.link >= static_cast<int>(joints)) {
-      throw ConfigError("", key,
-                        "link must be -1 (base) to " + std::to_string(joints - 1) + ", is " +
-                            std::to_string(capsule.link));
-    }
+    RequireLink(capsule.link, key, joints);
     if (!capsule.p_LA.allFinite() || !capsule.p_LB.allFinite()) {
       throw ConfigError("", key, "ends must be finite");
     }
     if (!std::isfinite(capsule.radius) || !(capsule.radius > 0.0)) {
-      std::ostringstream reason;
-      reason << "radius must be finite and > 0, is " << capsule.radius;
-      throw ConfigError("", key, reason.str());
+      throw ConfigError("", key, "radius must be finite and > 0, is " + Text({capsule.radius}));
     }
   }
 }
@@ -95,11 +98,7 @@ bool HasSize(const Shape& shape) {
 void RequireVisuals(const std::vector<ArmVisual>& visuals, std::size_t joints) {
   for (std::size_t i = 0; i < visuals.size(); ++i) {
     const std::string key = Element("visuals", i);
-    if (visuals[i].link < -1 || visuals[i].link >= static_cast<int>(joints)) {
-      throw ConfigError("", key,
-                        "link must be -1 (base) to " + std::to_string(joints - 1) + ", is " +
-                            std::to_string(visuals[i].link));
-    }
+    RequireLink(visuals[i].link, key, joints);
     RequirePose(visuals[i].X_LV, key);
     if (!HasSize(visuals[i].shape)) {
       throw ConfigError("", key, "sizes must be finite and > 0, and a mesh must have a path");
@@ -126,10 +125,19 @@ std::vector<std::string> NamesOrDefaults(std::vector<std::string> names, std::si
   return names;
 }
 
-ArmJoint MakeJoint(JointKind kind, const Eigen::Isometry3d& X_before,
-                   const Eigen::Isometry3d& X_after) {
+ArmJoint MakeJoint(const Eigen::Isometry3d& X_before, const Eigen::Isometry3d& X_after) {
   const bool has_before = X_before.matrix() != Eigen::Isometry3d::Identity().matrix();
-  return {kind, has_before, X_before, X_after};
+  return {has_before, X_before, X_after};
+}
+
+// KDL knows the conventions of Denavit and Hartenberg.
+Eigen::Isometry3d FromKdl(const KDL::Frame& X) {
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) result.linear()(i, j) = X.M(i, j);
+    result.translation()(i) = X.p(i);
+  }
+  return result;
 }
 
 ArmJoint DhJoint(DhConvention convention, const DhRow& row) {
@@ -137,10 +145,10 @@ ArmJoint DhJoint(DhConvention convention, const DhRow& row) {
   const double theta = revolute ? row.offset : row.theta;
   const double d = revolute ? row.d : row.offset;
   if (convention == DhConvention::kStandard) {
-    return MakeJoint(row.kind, Eigen::Isometry3d::Identity(),
+    return MakeJoint(Eigen::Isometry3d::Identity(),
                      FromKdl(KDL::Frame::DH(row.a, row.alpha, d, theta)));
   }
-  return MakeJoint(row.kind, FromKdl(KDL::Frame::DH_Craig1989(row.a, row.alpha, 0.0, 0.0)),
+  return MakeJoint(FromKdl(KDL::Frame::DH_Craig1989(row.a, row.alpha, 0.0, 0.0)),
                    FromKdl(KDL::Frame::DH_Craig1989(0.0, 0.0, d, theta)));
 }
 
@@ -200,7 +208,7 @@ ArmModel::ArmModel(std::string name, const std::vector<JointTransform>& joints,
     RequirePose(joints[i].X_before, Element("joints", i));
     RequirePose(joints[i].X_after, Element("joints", i));
     data->joint_kinds.push_back(joints[i].kind);
-    data->joints.push_back(MakeJoint(joints[i].kind, joints[i].X_before, joints[i].X_after));
+    data->joints.push_back(MakeJoint(joints[i].X_before, joints[i].X_after));
   }
   data->UpdateChain();
   data_ = std::move(data);

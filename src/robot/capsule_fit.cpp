@@ -11,6 +11,8 @@
 #include <Eigen/Geometry>
 #include <nlopt.hpp>
 
+#include "vantage/math/segment.h"
+
 namespace vantage {
 namespace {
 
@@ -20,13 +22,6 @@ using Eigen::Vector3d;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kThinnest = 1e-4;  // Radius [m].
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  const Vector3d along = b - a;
-  const double length2 = along.squaredNorm();
-  const double s = length2 > 0.0 ? std::clamp((p - a).dot(along) / length2, 0.0, 1.0) : 0.0;
-  return (p - a - s * along).norm();
-}
 
 // The smallest capsule on the line through p along d (|d| = 1) that is `extra` wider than the widest
 // point asks for. A wider one has its round ends reach further over the points, so that it is shorter.
@@ -275,8 +270,9 @@ double Volume(const CapsuleShape& capsule) noexcept {
 
 bool Contains(const CapsuleShape& outer, const CapsuleShape& inner, double tolerance) noexcept {
   const double room = outer.radius - inner.radius + tolerance;
-  return DistanceToSegment(inner.p_A, outer.p_A, outer.p_B) <= room &&
-         DistanceToSegment(inner.p_B, outer.p_A, outer.p_B) <= room;
+  const Vector3d axis = outer.p_B - outer.p_A;
+  return std::sqrt(SquaredDistanceToSegment(inner.p_A, outer.p_A, axis)) <= room &&
+         std::sqrt(SquaredDistanceToSegment(inner.p_B, outer.p_A, axis)) <= room;
 }
 
 CapsuleShape FitCapsule(const std::vector<Vector3d>& points) {

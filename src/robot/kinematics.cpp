@@ -1,11 +1,11 @@
 #include "vantage/robot/kinematics.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 
 #include "arm_data.h"
+#include "vantage/math/segment.h"
 
 namespace vantage {
 namespace {
@@ -32,14 +32,6 @@ void Move(JointKind kind, double q, Isometry3d* X) noexcept {
   const Eigen::Vector4d x = matrix.col(0);
   matrix.col(0) = c * x + s * matrix.col(1);
   matrix.col(1) = c * matrix.col(1) - s * x;
-}
-
-// Squared distance of the point p from the segment a + s u, s in [0, 1].
-double SquaredDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                       const Eigen::Vector3d& u) noexcept {
-  const double uu = u.squaredNorm();
-  const double s = uu > 0.0 ? std::clamp(u.dot(p - a) / uu, 0.0, 1.0) : 0.0;
-  return (p - a - s * u).squaredNorm();
 }
 
 }  // namespace
@@ -92,7 +84,7 @@ LinkPoses ComputeLinkPoses(const ArmModel& arm, const JointVector& q) noexcept {
   for (int i = 0; i < data.size(); ++i) {
     const ArmJoint& joint = data.joints[i];
     if (joint.has_before) X = Times(X, joint.X_before);
-    Move(joint.kind, q(i), &X);
+    Move(data.joint_kinds[i], q(i), &X);
     X = Times(X, joint.X_after);
     poses[i] = X;
   }
@@ -117,9 +109,10 @@ bool SegmentHitsCapsule(const Eigen::Vector3d& p_WA, const Eigen::Vector3d& p_WB
   const Eigen::Vector3d u = p_WB - p_WA;
   const Eigen::Vector3d v = capsule.p_WB - capsule.p_WA;
   const Eigen::Vector3d d = p_WA - capsule.p_WA;
-  double least =
-      std::min({SquaredDistance(p_WA, capsule.p_WA, v), SquaredDistance(p_WB, capsule.p_WA, v),
-                SquaredDistance(capsule.p_WA, p_WA, u), SquaredDistance(capsule.p_WB, p_WA, u)});
+  double least = std::min({SquaredDistanceToSegment(p_WA, capsule.p_WA, v),
+                           SquaredDistanceToSegment(p_WB, capsule.p_WA, v),
+                           SquaredDistanceToSegment(capsule.p_WA, p_WA, u),
+                           SquaredDistanceToSegment(capsule.p_WB, p_WA, u)});
   const double uu = u.squaredNorm();
   const double vv = v.squaredNorm();
   const double uv = u.dot(v);

@@ -1,5 +1,6 @@
 #include "vantage/robot/mesh_file.h"
 
+#include <cctype>
 #include <filesystem>
 #include <system_error>
 

@@ -44,7 +44,7 @@ void Linearise(const Problem& problem, const JointVector& q, JointMatrix* H, Joi
   for (std::size_t i = 0; i < problem.p_EP.size(); ++i) {
     const Eigen::Vector3d arm_W = kinematics.X_WE.linear() * problem.p_EP[i];
     const Eigen::Vector3d r = kinematics.X_WE.translation() + arm_W - problem.p_WP[i];
-    const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints> J =
+    const PointJacobian J =
         kinematics.J_WE_W.topRows<3>() - Skew(arm_W) * kinematics.J_WE_W.bottomRows<3>();
     H->noalias() += J.transpose() * J;
     g->noalias() += J.transpose() * r;

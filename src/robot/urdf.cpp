@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <map>
 
+#include "message_text.h"
 #include "urdf_chain.h"
 #include "urdf_document.h"
 #include "urdf_geometry.h"
@@ -23,12 +24,6 @@ constexpr double kContinuousSpeed = 1.0;        // Of continuous joints without 
 constexpr double kStandInShare = 0.04;
 constexpr double kThinnestStandIn = 0.01;
 constexpr double kThickestStandIn = 0.08;
-
-std::string Number(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
 
 // Rotation that takes z to a unit axis; exact for axes along the frame's.
 Isometry3d AlignZ(const Vector3d& axis) {
@@ -52,20 +47,20 @@ JointLimits ReadLimits(const UrdfDocument& document, const urdf::Joint& joint,
     if (!std::isfinite(limits.lower) || !std::isfinite(limits.upper) ||
         !(limits.upper > limits.lower)) {
       document.FailJoint(joint.name, "limit: upper must be above lower, are " +
-                                         Number(limits.upper) + " and " + Number(limits.lower));
+                                         Text({limits.upper}) + " and " + Text({limits.lower}));
     }
   }
   if (joint.limits != nullptr) {
     limits.velocity = joint.limits->velocity;
     if (!std::isfinite(limits.velocity) || !(limits.velocity > 0.0)) {
-      document.FailJoint(joint.name, "limit: velocity must be > 0, is " + Number(limits.velocity));
+      document.FailJoint(joint.name, "limit: velocity must be > 0, is " + Text({limits.velocity}));
     }
   }
   limits.acceleration = limits.velocity / options.acceleration_time;
   if (continuous) {
     notes->push_back(
         document.Joint(joint.name) + " is continuous: its range is taken as -360 to 360 deg" +
-        (joint.limits == nullptr ? ", its greatest speed as " + Number(kContinuousSpeed) + " rad/s"
+        (joint.limits == nullptr ? ", its greatest speed as " + Text({kContinuousSpeed}) + " rad/s"
                                  : ""));
   }
   return limits;
@@ -80,19 +75,13 @@ Vector3d ReadAxis(const UrdfDocument& document, const urdf::Joint& joint) {
   return std::abs(axis.squaredNorm() - 1.0) < 1e-15 ? axis : axis.normalized();
 }
 
-std::string Listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "'" : ", '") + name + "'";
-  return text;
-}
-
 }  // namespace
 
 UrdfArm LoadUrdfArm(const std::string& path, const std::string& base_link,
                     const std::string& tip_link, const UrdfOptions& options) {
   if (!std::isfinite(options.acceleration_time) || !(options.acceleration_time > 0.0)) {
     throw ConfigError("", "acceleration_time",
-                      "must be finite and > 0 s, is " + Number(options.acceleration_time));
+                      "must be finite and > 0 s, is " + Text({options.acceleration_time}));
   }
   const UrdfDocument document(path);
   const UrdfChain chain = FindChain(document, base_link, tip_link);
@@ -137,7 +126,7 @@ UrdfArm LoadUrdfArm(const std::string& path, const std::string& base_link,
   }
   notes.push_back(path +
                   ": URDF has no acceleration limits; each joint reaches its greatest speed in " +
-                  Number(options.acceleration_time) + " s");
+                  Text({options.acceleration_time}) + " s");
   const ArmModel arm = ArmModel(document.model().getName(), joints, limits, Isometry3d::Identity(),
                                 X_LastE, std::move(bodies.capsules), names)
                            .WithVisuals(std::move(bodies.visuals));

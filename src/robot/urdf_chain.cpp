@@ -1,9 +1,9 @@
 #include "urdf_chain.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
+#include "message_text.h"
 #include "vantage/math/sizes.h"
 
 namespace vantage {
@@ -22,24 +22,15 @@ bool Moves(const urdf::Joint& joint) {
          joint.type == urdf::Joint::PRISMATIC;
 }
 
-std::string Listed(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 12;
-  std::string text;
-  for (std::size_t i = 0; i < names.size() && i < kMost; ++i) {
-    text += (i == 0 ? "'" : ", '") + names[i] + "'";
-  }
-  if (names.size() > kMost) text += " and " + std::to_string(names.size() - kMost) + " more";
-  return text;
-}
-
 LinkConstSharedPtr RequireLink(const UrdfDocument& document, const std::string& name,
                                const char* role) {
   LinkConstSharedPtr link = document.model().getLink(name);
   if (link == nullptr) {
+    constexpr std::size_t kMost = 12;
     std::vector<std::string> names;
     for (const auto& entry : document.model().links_) names.push_back(entry.first);
     document.Fail(std::string(role) + " '" + name +
-                  "' is no link of this file; its links: " + Listed(names));
+                  "' is no link of this file; its links: " + Listed(names, kMost));
   }
   return link;
 }

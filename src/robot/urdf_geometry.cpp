@@ -1,9 +1,12 @@
 #include "urdf_geometry.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 
+#include "message_text.h"
 #include "package_path.h"
 #include "vantage/robot/capsule_fit.h"
 #include "vantage/robot/mesh_file.h"
@@ -197,24 +200,26 @@ class BodyMaker {
   // nullopt, and a warning, when it is a mesh that is not there.
   std::optional<Shape> ReadShape(const urdf::Link& link, const urdf::Geometry& geometry,
                                  const char* kind) {
-    const auto require = [&](bool condition, const char* reason) {
+    const auto require = [&](bool condition, const std::string& reason) {
       if (!condition) document_.FailLink(link.name, std::string(kind) + ": " + reason);
     };
     switch (geometry.type) {
       case urdf::Geometry::BOX: {
         const Vector3d size = ToEigen(static_cast<const urdf::Box&>(geometry).dim);
-        require(IsPositive(size.minCoeff()) && size.allFinite(), "a box needs three sizes > 0");
+        require(IsPositive(size.minCoeff()) && size.allFinite(),
+                "a box needs three sizes > 0, has " + Text({size.x(), size.y(), size.z()}));
         return BoxShape{size};
       }
       case urdf::Geometry::CYLINDER: {
         const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
         require(IsPositive(cylinder.radius) && IsPositive(cylinder.length),
-                "a cylinder needs a radius and a length > 0");
+                "a cylinder needs a radius and a length > 0, has " +
+                    Text({cylinder.radius, cylinder.length}));
         return CylinderShape{cylinder.radius, cylinder.length};
       }
       case urdf::Geometry::SPHERE: {
         const double radius = static_cast<const urdf::Sphere&>(geometry).radius;
-        require(IsPositive(radius), "a sphere needs a radius > 0");
+        require(IsPositive(radius), "a sphere needs a radius > 0, has " + Text({radius}));
         return SphereShape{radius};
       }
       case urdf::Geometry::MESH:
@@ -223,7 +228,7 @@ class BodyMaker {
     const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
     const Vector3d scale = ToEigen(mesh.scale);
     require(scale.allFinite() && scale.cwiseAbs().minCoeff() > 0.0,
-            "a mesh needs a scale other than 0");
+            "a mesh needs a scale other than 0, has " + Text({scale.x(), scale.y(), scale.z()}));
     const MeshLocation location = FindMesh(mesh.filename, document_.path(), package_folders_);
     if (location.path.empty()) {
       if (location.missing_package.empty()) {

@@ -91,18 +91,4 @@ std::string DescribeRefused(const ServoStatus& status) {
   return text.empty() ? "none" : text;
 }
 
-const char* Name(LowCause cause) noexcept {
-  switch (cause) {
-    case LowCause::kNone:
-      return "NONE";
-    case LowCause::kView:
-      return "VIEW";
-    case LowCause::kArm:
-      return "ARM";
-    case LowCause::kFeatures:
-      return "FEATURES";
-  }
-  return "UNKNOWN";
-}
-
 }  // namespace vantage

@@ -1,14 +1,15 @@
 #include "vantage/camera/camera_rig.h"
 
-#include <cstdlib>
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <random>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
+#include "config_error.h"
 #include "eigen_matchers.h"
 #include "finite_difference.h"
 #include "oracles.h"
@@ -402,15 +403,20 @@ TEST(Validate, RefusesSkewedPose) {
 }
 
 TEST(Validate, RefusesArmWithBadJoints) {
+  const auto refusal = [](const CameraRig& rig) {
+    return test::ConfigErrorOf([&] { Validate(rig); });
+  };
   CameraRig rig = OnArm();
   rig.joints.pop_back();
-  EXPECT_THROW(Validate(rig), ConfigError);
+  EXPECT_EQ(refusal(rig),
+            "camera_rig.axes: a rig on an arm has one axis for each joint, 1 to 16, found 6 for 5 "
+            "joints");
   rig = OnArm();
-  rig.joints[2].axis_W *= 1.1;
-  EXPECT_THROW(Validate(rig), ConfigError);
+  rig.joints[2].axis_W = Vector3d(0.0, 0.0, 2.0);
+  EXPECT_EQ(refusal(rig), "camera_rig.joints[2].axis: must be a unit vector, has length 2");
   rig = OnArm();
-  rig.joints[2].point_W.x() = kNan;
-  EXPECT_THROW(Validate(rig), ConfigError);
+  rig.joints[2].point_W = Vector3d(1.0, std::numeric_limits<double>::infinity(), 3.0);
+  EXPECT_EQ(refusal(rig), "camera_rig.joints[2].point: must be finite (m), is (1, inf, 3)");
 }
 
 TEST(Validate, RefusesRailThatIsNoUnitVector) {

@@ -8,9 +8,10 @@
 
 #include "vantage/camera/camera_model.h"
 #include "vantage/features/feature_set.h"
+#include "vantage/math/spatial.h"
 
 /// @file
-/// One feature of every kind, and points to compute it from.
+/// One feature of every kind, points to compute it from, and steps of camera and end effector.
 
 namespace vantage::test {
 
@@ -24,6 +25,23 @@ inline constexpr int kExamplePoints = 5;
   camera.v0 = 237.0;
   camera.skew = 3.0;
   return camera;
+}
+
+/// A displacement with entries of at most `scale` [m, rad].
+[[nodiscard]] inline Twist RandomStep(std::mt19937* random, double scale) {
+  std::uniform_real_distribution<double> uniform(-scale, scale);
+  Twist step;
+  for (int i = 0; i < 6; ++i) step(i) = uniform(*random);
+  return step;
+}
+
+/// E moved by a displacement of its origin and a turn about it, both in world axes.
+[[nodiscard]] inline Eigen::Isometry3d MovedInWorldAxes(const Eigen::Isometry3d& X_WE,
+                                                        const Twist& step_W) {
+  Twist step_E;
+  step_E.head<3>() = X_WE.linear().transpose() * step_W.head<3>();
+  step_E.tail<3>() = X_WE.linear().transpose() * step_W.tail<3>();
+  return Advance(X_WE, step_E);
 }
 
 /// A feature of the kind over points 0.. of kExamplePoints.

@@ -2,6 +2,7 @@
 // against central differences of that number.
 #include "vantage/features/feature_gradient.h"
 
+#include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -88,9 +89,7 @@ Cell RandomCell(std::mt19937* random, std::vector<Feature> features, bool eye_in
             JointVector(5),
             {},
             {}};
-  Twist step;
-  for (int i = 0; i < 6; ++i) step(i) = unit(*random);
-  cell.X = Advance(cell.X, step);
+  cell.X = Advance(cell.X, test::RandomStep(random, 1.0));
   for (int i = 0; i < 5; ++i) cell.q(i) = unit(*random);
   const Isometry3d X_WE = EndEffectorPose(cell.arm, cell.q);
   const Isometry3d X_WC = eye_in_hand ? X_WE * cell.X : cell.X;

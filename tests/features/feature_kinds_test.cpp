@@ -1,6 +1,7 @@
 // Segments, moments, units and named faults: each kind against central differences in every arrangement
 // of camera and points, and against ViSP's own classes in its own units.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <string>
@@ -44,6 +45,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using test::Example;
+using test::MovedInWorldAxes;
+using test::RandomStep;
 using test::SkewedCamera;
 
 constexpr double kPi = 3.14159265358979323846;
@@ -77,13 +80,6 @@ struct Scene {
   }
 };
 
-Twist RandomStep(std::mt19937* random, double scale) {
-  std::uniform_real_distribution<double> uniform(-scale, scale);
-  Twist step;
-  for (int i = 0; i < 6; ++i) step(i) = uniform(*random);
-  return step;
-}
-
 Scene RandomScene(std::mt19937* random, const Arrangement& arrangement) {
   std::uniform_real_distribution<double> side(-0.4, 0.4);
   std::uniform_real_distribution<double> depth(0.8, 2.0);
@@ -107,14 +103,6 @@ FeatureRows Evaluate(const FeatureSet& set, const PointViews& views, const Camer
   FeatureRows rows;
   set.Evaluate(camera, views, &rows);
   return rows;
-}
-
-// Moves E by a displacement of its origin and a turn about it, both in world axes.
-Isometry3d MovedInWorldAxes(const Isometry3d& X_WE, const Twist& step_W) {
-  Twist step_E;
-  step_E.head<3>() = X_WE.linear().transpose() * step_W.head<3>();
-  step_E.tail<3>() = X_WE.linear().transpose() * step_W.tail<3>();
-  return Advance(X_WE, step_E);
 }
 
 struct KindAndArrangement {
@@ -645,6 +633,17 @@ TEST(FeatureKinds, HaveOneNameEach) {
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::unique(names.begin(), names.end()), names.end());
   EXPECT_STREQ(NameOf(static_cast<FeatureKind>(99)), "");
+}
+
+TEST(FeatureKinds, TakeTheirExamplesPoints) {
+  for (const FeatureKind kind : AllFeatureKinds()) {
+    const auto count = static_cast<int>(Example(kind).points.size());
+    EXPECT_LE(PointsOf(kind).least, count) << NameOf(kind);
+    EXPECT_GE(PointsOf(kind).most, count) << NameOf(kind);
+  }
+  // None fits what is not a kind.
+  const PointCount none = PointsOf(static_cast<FeatureKind>(99));
+  EXPECT_GT(none.least, none.most);
 }
 
 }  // namespace

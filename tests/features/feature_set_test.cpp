@@ -1,5 +1,6 @@
 #include "vantage/features/feature_set.h"
 
+#include <algorithm>
 #include <limits>
 #include <random>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "allocation_guard.h"
 #include "eigen_matchers.h"
+#include "feature_examples.h"
 #include "finite_difference.h"
 #include "vantage/features/point_feature.h"
 #include "vantage/math/error.h"
@@ -19,18 +21,11 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using test::MovedInWorldAxes;
+using test::RandomStep;
+using test::SkewedCamera;
 
 constexpr double kPi = 3.14159265358979323846;
-
-CameraModel SkewedCamera() {
-  CameraModel camera;
-  camera.fx = 610.0;
-  camera.fy = 575.0;
-  camera.u0 = 321.0;
-  camera.v0 = 237.0;
-  camera.skew = 3.0;
-  return camera;
-}
 
 // One feature of each kind, two of the polygons, over five points.
 FeatureSet EveryKind() {
@@ -53,13 +48,6 @@ struct Scene {
   std::vector<Vector3d> p;  // in E or in W
   std::vector<bool> on_body;
 };
-
-Twist RandomStep(std::mt19937* random, double scale) {
-  std::uniform_real_distribution<double> uniform(-scale, scale);
-  Twist step;
-  for (int i = 0; i < 6; ++i) step(i) = uniform(*random);
-  return step;
-}
 
 Scene RandomScene(std::mt19937* random, bool all_on_body) {
   std::uniform_real_distribution<double> side(-0.4, 0.4);
@@ -97,14 +85,6 @@ FeatureRows Evaluate(const FeatureSet& set, const PointViews& views,
 
 Eigen::VectorXd Difference(const FeatureSet& set, const Scene& moved, const Scene& scene) {
   return FeatureError(set, Evaluate(set, View(moved)), Evaluate(set, View(scene)));
-}
-
-// Moves E by a displacement of its origin and a turn about it, both in world axes.
-Isometry3d MovedInWorldAxes(const Isometry3d& X_WE, const Twist& step_W) {
-  Twist step_E;
-  step_E.head<3>() = X_WE.linear().transpose() * step_W.head<3>();
-  step_E.tail<3>() = X_WE.linear().transpose() * step_W.tail<3>();
-  return Advance(X_WE, step_E);
 }
 
 // Row by row: the kinds' scales differ by orders of magnitude.

@@ -1,11 +1,11 @@
 #include "vantage/math/spatial.h"
 
+#include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
 #include "eigen_matchers.h"
-#include "finite_difference.h"
 
 namespace vantage {
 namespace {

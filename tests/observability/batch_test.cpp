@@ -1,6 +1,8 @@
 #include "vantage/observability/batch.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -9,6 +11,7 @@
 #include <Eigen/SVD>
 #include <gtest/gtest.h>
 
+#include "config_error.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 
@@ -403,6 +406,33 @@ TEST(BatchScene, OfOnePointThatStandsStillHasNoMotionToSee) {
   EXPECT_EQ(scores.sum[0], 0.0);
 }
 
+// A point behind the camera makes log w and the negative trace -inf, which times no weight is nothing.
+TEST(BatchScene, SamplesWithoutWeightAddNothing) {
+  Generator generator(33);
+  std::vector<BatchSample> motion = generator.FreeMotion(2, 2, 3);
+  const Isometry3d X_WC = generator.Camera();
+  motion[1].weight = 0.0;
+  motion[1].p_W[0] = X_WC * Vector3d(0.0, 0.0, -1.0);
+  const BatchScene both(motion, BatchBody::kFree, {}, 2.0);
+  const BatchScene first({motion[0]}, BatchBody::kFree, {}, 2.0);
+  BatchCameras cameras;
+  cameras.Resize(1);
+  cameras.Set(0, X_WC);
+  for (const BatchIsa isa : AvailableIsas()) {
+    for (const BatchMeasure measure :
+         {BatchMeasure::kW, BatchMeasure::kLogW, BatchMeasure::kSigmaMin,
+          BatchMeasure::kInverseCondition, BatchMeasure::kNegativeTrace}) {
+      BatchScores of_both, of_first;
+      BatchEvaluator(isa).Score(both, cameras, 0, 1, PixelLens(), measure, BatchPrecision::kDouble,
+                                true, &of_both);
+      BatchEvaluator(isa).Score(first, cameras, 0, 1, PixelLens(), measure, BatchPrecision::kDouble,
+                                true, &of_first);
+      EXPECT_EQ(of_both.sum[0], of_first.sum[0]) << Name(isa);
+      EXPECT_LE(of_both.least[0], 0.0) << Name(isa);
+    }
+  }
+}
+
 // Four points in a line are no body: a turn about the line is not seen.
 TEST(BatchScene, OfPointsInALineIsSingular) {
   Generator generator(4);
@@ -457,6 +487,13 @@ TEST(BatchScene, RefusesWhatDoesNotFit) {
   bad[2].J_p_W[0](1, 1) += 0.1;
   EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "batch.samples[2]");
   EXPECT_EQ(RefusalOf(bad, BatchBody::kFree, {}), "");
+  // Two points that turn about the first, each its own way.
+  bad = generator.FreeMotion(1, 3, 1);
+  bad[0].p_W = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  bad[0].J_p_W = {Vector3d(0, 0, 0), Vector3d(0, 1, 0), Vector3d(1, 0, 0)};
+  EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "batch.samples[0]");
+  bad[0].J_p_W[2] = Vector3d(-1, 0, 0);  // the same way
+  EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "");
   bad = good;
   bad[0].weight = -1.0;
   EXPECT_EQ(RefusalOf(bad, BatchBody::kRigid, {}), "batch.samples[0].weight");
@@ -580,8 +617,8 @@ TEST(BatchFrustum, MarginsAreThoseOfTheWorstPoint) {
   }
 }
 
-// Sign of the image margin: exactly the points inside the pixels' rectangle.
-TEST(BatchFrustum, LensOfACameraKeepsPointsInTheImage) {
+// The field of view is the pixels' rectangle less the margin.
+TEST(BatchFrustum, LensOfACameraIsItsImageLessTheMargin) {
   CameraModel camera;
   camera.u0 = 300.0;
   camera.v0 = 250.0;
@@ -711,6 +748,19 @@ TEST(BatchObstacles, BoxMarginIsNegativeExactlyWhereTheRayMeetsTheBox) {
   }
   EXPECT_GT(met, 50);
   EXPECT_GT(free, 50);
+}
+
+TEST(BatchObstacles, RefusesWhatDoesNotFit) {
+  const auto refusal = [](const BatchSight& sight, int boxes, double unit) {
+    return test::ConfigErrorOf(
+        [&] { (void)BatchObstacles({sight}, std::vector<BatchBox>(boxes), 4.0, unit); });
+  };
+  BatchSight sight;
+  EXPECT_EQ(refusal(sight, 16, 1.0), "nothing thrown");
+  EXPECT_EQ(refusal(sight, 17, 1.0), "batch.boxes: must be 16 at most, are 17");
+  EXPECT_EQ(refusal(sight, 1, 0.0), "batch.unit: must be > 0 m, is 0.000000");
+  sight.capsules = {{Vector3d::Zero(), Vector3d::UnitX(), 0.0}};
+  EXPECT_EQ(refusal(sight, 1, 1.0), "batch.capsules: must have a radius > 0 m, one has 0.000000");
 }
 
 TEST(BatchObstacles, FacingMarginIsPositiveInsideTheCone) {

@@ -1,9 +1,7 @@
 #include "vantage/observability/selection.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numeric>
 #include <random>
 
 #include <Eigen/SVD>

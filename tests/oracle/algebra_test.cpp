@@ -1,4 +1,7 @@
 // Measures of given matrices.
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/LU>
 
 #include "oracle_file.h"

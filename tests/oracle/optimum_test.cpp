@@ -1,4 +1,5 @@
 // Placement problems of the oracle file, solved: the planner must reach the optima they state.
+#include <cmath>
 #include <functional>
 #include <map>
 

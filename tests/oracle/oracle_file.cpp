@@ -1,5 +1,7 @@
 #include "oracle_file.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <iostream>
 #include <map>

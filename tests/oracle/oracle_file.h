@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cmath>
-#include <memory>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -65,7 +63,7 @@ std::ostream& operator<<(std::ostream& stream, const Entry& entry);
 
 /// The entries of the list at `pointer` by their "id", or the values of the object there by their key.
 /// Empty when the file has no such section. Entries without an id are named by their number, and so
-/// are those whose id was used before: EntriesAreNamedOnce() tells.
+/// are those whose id was used before: the test OracleFile.NamesEachEntryOnce tells.
 [[nodiscard]] std::vector<Entry> Entries(const std::string& pointer);
 
 /// Name of an instance.

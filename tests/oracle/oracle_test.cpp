@@ -1,4 +1,7 @@
 // The configurations of the oracle file, each to the tolerances of its meta.
+#include <algorithm>
+#include <cmath>
+#include <memory>
 #include <set>
 
 #include "oracle_file.h"

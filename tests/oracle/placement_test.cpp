@@ -1,6 +1,7 @@
 // Placement problems of the oracle file: what they state is evaluated at the cameras they name. Finding
 // those cameras is the planner's work, and tested with it.
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <iostream>
 #include <limits>

@@ -1,4 +1,6 @@
 // Section 6: the planar arm's closed forms, Figs. 3 and 4.
+#include <algorithm>
+#include <cmath>
 #include <random>
 
 #include "paper_cells.h"

@@ -1,5 +1,6 @@
 // Section 7: the PUMA-type arms' closed forms, Figs. 6 and 7, and the dolly zoom.
-#include <functional>
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <random>
 

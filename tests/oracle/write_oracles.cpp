@@ -2,6 +2,7 @@
 // features. Independent of the library: the forward map alone, in extended precision, and differences of it.
 //
 // write_oracles FILE [SEED]
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "config_error.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -135,6 +136,31 @@ TEST(ArmModel, GeneralJointsRefuseWhatIsNoPose) {
   EXPECT_THROW(ArmModel("arm", joints, std::vector<JointLimits>(3), Eigen::Isometry3d::Identity(),
                         Eigen::Isometry3d::Identity()),
                ConfigError);
+}
+
+TEST(ArmModel, WithVisualsRefusesWhatCannotBeDrawn) {
+  const ArmModel arm = Parts().Make();
+  const auto refusal = [&](const ArmVisual& visual) {
+    return test::ConfigErrorOf([&] { (void)arm.WithVisuals({visual}); });
+  };
+  const ArmVisual good{2, Eigen::Isometry3d::Identity(), SphereShape{0.1}, {}};
+  EXPECT_EQ(arm.WithVisuals({good}).visuals().size(), 1u);
+  ArmVisual bad = good;
+  bad.link = 3;
+  EXPECT_EQ(refusal(bad), "visuals[0]: link must be -1 (base) to 2, is 3");
+  bad = good;
+  bad.X_LV.linear() *= 2.0;
+  EXPECT_EQ(refusal(bad), "visuals[0]: must be a finite rigid motion");
+  const std::vector<Shape> shapes{
+      BoxShape{{1.0, 0.0, 1.0}}, CylinderShape{0.1, 0.0},
+      SphereShape{kInfinity},    CapsuleShape{{0, 0, 0}, {0, 0, kNaN}, 1.0},
+      MeshShape{"", {1, 1, 1}},  MeshShape{"a.stl", {1, 0, 1}}};
+  for (const Shape& shape : shapes) {
+    bad = good;
+    bad.shape = shape;
+    EXPECT_EQ(refusal(bad), "visuals[0]: sizes must be finite and > 0, and a mesh must have a path")
+        << shape.index();
+  }
 }
 
 TEST(WithinLimits, HoldsAtTheBoundsAndNotBeyond) {

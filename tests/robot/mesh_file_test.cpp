@@ -1,7 +1,7 @@
 #include "vantage/robot/mesh_file.h"
 
 #include <cmath>
-#include <cstring>
+#include <limits>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -27,17 +27,18 @@ struct Facet {
   Vector3f a, b, c;
 };
 
-// Sides of a polygonal tube about z, which turn by `degrees` from one to the next.
-std::vector<Facet> Tube(int sides, float radius = 1.0F, float height = 2.0F) {
+// The sides of a polygonal tube about z, of radius 1 and height 2.
+std::vector<Facet> Tube(int sides) {
+  constexpr float kHeight = 2.0F;
   std::vector<Facet> facets;
   for (int i = 0; i < sides; ++i) {
     const auto corner = [&](int k, float z) {
       const float angle = 2.0F * static_cast<float>(M_PI) * static_cast<float>(k % sides) /
                           static_cast<float>(sides);
-      return Vector3f(radius * std::cos(angle), radius * std::sin(angle), z);
+      return Vector3f(std::cos(angle), std::sin(angle), z);
     };
-    facets.push_back({corner(i, 0), corner(i + 1, 0), corner(i + 1, height)});
-    facets.push_back({corner(i, 0), corner(i + 1, height), corner(i, height)});
+    facets.push_back({corner(i, 0), corner(i + 1, 0), corner(i + 1, kHeight)});
+    facets.push_back({corner(i, 0), corner(i + 1, kHeight), corner(i, kHeight)});
   }
   return facets;
 }

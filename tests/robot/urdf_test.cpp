@@ -103,8 +103,7 @@ TEST_P(ExampleArm, AgreesWithTheOracle) {
     // The file's last frame lies elsewhere on the last body than the table's: by a constant.
     const JointVector zero = JointVector::Zero(dh.size());
     const Isometry3d X_EO =
-        (urdf.arm.WithBase(dh.X_WBase()).X_WBase() * EndEffectorPose(urdf.arm, zero)).inverse() *
-        EndEffectorPose(dh, zero);
+        (dh.X_WBase() * EndEffectorPose(urdf.arm, zero)).inverse() * EndEffectorPose(dh, zero);
     const ArmModel arm = urdf.arm.WithBase(dh.X_WBase()).WithTool(urdf.arm.X_LastE() * X_EO);
     const Kinematics kinematics = ComputeKinematics(arm, test::OracleJoints(test_case.at("q")));
     const Eigen::MatrixXd X_WE = test::OracleMatrix(test_case.at("expected").at("T_ee"));
@@ -409,7 +408,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "<link name='a'><collision><geometry><sphere "
                 "radius='0'/></geometry></collision></link>" +
                     Links({"b"}) + Joint("j", "revolute", "a", "b"),
-                "", "", "arm.urdf:3: link 'a': collision: a sphere needs a radius > 0"},
+                "", "", "arm.urdf:3: link 'a': collision: a sphere needs a radius > 0, has 0"},
         Refusal{"NotExpanded", kAb + "<xacro:arm prefix='x'/>" + Joint("j", "revolute", "a", "b"),
                 "", "",
                 "arm.urdf:5: <xacro:arm> must be expanded first: xacro FILE.xacro > FILE.urdf"}),

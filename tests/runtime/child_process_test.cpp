@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -12,6 +11,7 @@
 #include <unistd.h>
 
 #include "becomes_true.h"
+#include "temporary_folder.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -28,27 +28,11 @@ ChildOptions Shell(const std::string& script) {
   return options;
 }
 
-class TemporaryFile {
- public:
-  TemporaryFile() {
-    char name[] = "/tmp/vantage_child_XXXXXX";
-    const int fd = mkstemp(name);
-    if (fd >= 0) close(fd);
-    path_ = name;
-  }
-  ~TemporaryFile() { std::remove(path_.c_str()); }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] std::string Text() const {
-    std::ostringstream text;
-    text << std::ifstream(path_).rdbuf();
-    return text.str();
-  }
-
- private:
-  std::string path_;
-};
+std::string TextOf(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
 
 // A process that has died may linger as a zombie of init or of a subreaper: that counts as gone.
 bool IsAlive(pid_t pid) {
@@ -95,14 +79,15 @@ TEST(ChildProcess, ThrowsWhenThereIsNoSuchProgram) {
 }
 
 TEST(ChildProcess, ThrowsWhenTheFileIsNotAProgram) {
-  const TemporaryFile file;
+  const test::TemporaryFolder folder;
+  const std::string file = folder.Write("no_program", "");
   ChildOptions options;
-  options.arguments = {file.path()};
+  options.arguments = {file};
   try {
     const ChildProcess child(options);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_EQ(error.what(), file.path() + ": Permission denied");
+    EXPECT_EQ(error.what(), file + ": Permission denied");
   }
 }
 
@@ -118,10 +103,11 @@ TEST(ChildProcess, TerminatesAtOnceWhatObeys) {
 }
 
 TEST(ChildProcess, KillsWhatDoesNotObey) {
-  const TemporaryFile ready;
+  const test::TemporaryFolder folder;
+  const std::string ready = (folder.path() / "ready").string();
   ChildProcess child(
-      Shell("trap '' TERM; echo ready > " + ready.path() + "; while :; do sleep 0.01; done"));
-  ASSERT_TRUE(BecomesTrue([&] { return ready.Text() == "ready\n"; }));
+      Shell("trap '' TERM; echo ready > " + ready + "; while :; do sleep 0.01; done"));
+  ASSERT_TRUE(BecomesTrue([&] { return TextOf(ready) == "ready\n"; }));
   EXPECT_EQ(child.Terminate(milliseconds(50)).signal, SIGKILL);
 }
 
@@ -150,15 +136,16 @@ TEST(ChildProcess, EndsAndReapsWithTheObject) {
 }
 
 TEST(ChildProcess, PassesEnvironmentAndCollectsOutput) {
-  const TemporaryFile log;
+  const test::TemporaryFolder folder;
+  const std::string log = (folder.path() / "log").string();
   setenv("VANTAGE_TEST_KEPT", "kept", 1);
   setenv("VANTAGE_TEST_REPLACED", "old", 1);
   ChildOptions options = Shell("echo $VANTAGE_TEST_KEPT $VANTAGE_TEST_REPLACED; echo error >&2");
   options.environment = {{"VANTAGE_TEST_REPLACED", "new"}};
-  options.output = log.path();
+  options.output = log;
   ChildProcess child(options);
   ASSERT_TRUE(child.WaitFor(kPatience));
-  EXPECT_EQ(log.Text(), "kept new\nerror\n");
+  EXPECT_EQ(TextOf(log), "kept new\nerror\n");
 }
 
 TEST(ChildProcess, HasItsOwnProcessGroupUnlessToldOtherwise) {

@@ -1,7 +1,6 @@
 #include "vantage/runtime/latest_value.h"
 
 #include <array>
-#include <atomic>
 #include <thread>
 
 #include <gtest/gtest.h>

@@ -36,8 +36,8 @@ struct CameraModel {
 /// Image of normalised coordinates n, distortion included [px].
 [[nodiscard]] Eigen::Vector2d ToPixel(const CameraModel& camera, const Eigen::Vector2d& n) noexcept;
 
-/// Normalised coordinates of a pixel, distortion removed by fixed-point iteration with Newton steps
-/// (to 1e-12 for any lens whose distortion is invertible over the image) [-].
+/// Normalised coordinates of a pixel, distortion removed by Newton's method (to 1e-12 for any lens whose
+/// distortion is invertible over the image) [-].
 [[nodiscard]] Eigen::Vector2d ToNormalised(const CameraModel& camera,
                                            const Eigen::Vector2d& pixel) noexcept;
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -65,6 +64,15 @@ struct Feature {
 /// The kind as files name it: "point_x", "segment_length", ... Empty for what is not a kind.
 [[nodiscard]] const char* NameOf(FeatureKind kind) noexcept;
 
+/// How many points a feature names.
+struct PointCount {
+  int least;
+  int most;
+};
+
+/// The number of points that a feature of the kind takes; none fits what is not a kind.
+[[nodiscard]] PointCount PointsOf(FeatureKind kind) noexcept;
+
 /// Every kind, in the order of the enumeration.
 [[nodiscard]] const std::vector<FeatureKind>& AllFeatureKinds();
 
@@ -117,7 +125,7 @@ enum class RowStatus : int {
 
 /// Feature values and their derivatives; k rows, one for each feature whose points are all visible.
 struct FeatureRows {
-  FeatureVector s;         ///< k values [px, rad, px²].
+  FeatureVector s;         ///< k values, each in the unit of its feature's kind.
   FeatureJacobian L;       ///< k×6: ds/dt = L V_WC_C, all points fixed in the world.
   FeatureJacobian L_body;  ///< k×6: the part of L that comes from points on the end effector.
   std::array<int, kMaxRows> feature{};  ///< Index of the feature that each row belongs to.
@@ -160,6 +168,9 @@ class FeatureSet {
   void EvaluateValues(const CameraModel& camera, const PointViews& points, FeatureRows* rows) const;
 
  private:
+  void EvaluateRows(const CameraModel& camera, const PointViews& points, InteractionSource source,
+                    bool with_gradient, FeatureRows* rows) const;
+
   std::vector<Feature> features_;
   int num_points_{0};
 };

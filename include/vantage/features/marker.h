@@ -1,12 +1,10 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "vantage/camera/camera_pose.h"
 #include "vantage/math/sizes.h"
 #include "vantage/math/time.h"
 

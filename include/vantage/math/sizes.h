@@ -14,6 +14,8 @@ namespace vantage {
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
 /// 6×n arm Jacobian, rows ordered as Twist.
 using ArmJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
+/// 3×n: ∂P/∂q of a point P on the arm [m/rad or m/m].
+using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
 /// k feature values.
 using FeatureVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxRows, 1>;
 /// k×6: rows of features, columns ordered as Twist. Interaction matrices L and image Jacobians J_v.

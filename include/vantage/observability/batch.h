@@ -78,7 +78,6 @@ class BatchScene {
 
   [[nodiscard]] const std::vector<BatchSample>& samples() const noexcept;
   [[nodiscard]] const std::vector<BatchRow>& rows() const noexcept;
-  [[nodiscard]] BatchBody body() const noexcept;
   [[nodiscard]] int joints() const noexcept;
   /// s: how many singular values count.
   [[nodiscard]] int rank() const noexcept;
@@ -107,7 +106,7 @@ struct BatchLens {
   double y_max{1e6};   ///< Lower end, Y/Z at zoom 1 [-].
 
   /// The camera's matrix; the largest upright rectangle of undistorted coordinates inside the image
-  /// less `margin` [px].
+  /// less `margin` [px]. Throws ConfigError (key "view.margin") when nothing is left of it.
   [[nodiscard]] static BatchLens FromCamera(const CameraModel& camera, double margin);
 };
 
@@ -140,10 +139,13 @@ struct BatchSight {
 /// What may come between the cameras and the markers. Constant; safe to share between threads.
 class BatchObstacles {
  public:
+  /// @param sights         Of every marker at every sample.
   /// @param boxes          At most 16.
   /// @param max_incidence  Largest angle between a marker's normal and the ray to the camera [rad]; pi or
   ///   more: any side will do.
-  /// Throws ConfigError when there are too many boxes or a radius is not positive.
+  /// @param unit           Length that single precision is scaled by [m]; > 0.
+  /// Throws ConfigError (key "batch...") when there are too many boxes, or a radius or the unit is not
+  /// positive.
   BatchObstacles(std::vector<BatchSight> sights, std::vector<BatchBox> boxes, double max_incidence,
                  double unit = 1.0);
   ~BatchObstacles();
@@ -166,9 +168,9 @@ class BatchCameras {
   /// @pre 0 <= i < size(). Threads may set different cameras at once.
   void Set(int i, const Eigen::Isometry3d& X_WC, double zoom = 1.0) noexcept;
 
-  /// One value of all cameras.
+  /// One value of all cameras: of the rows of R_CW, one after the other, then the centre [m], then the zoom.
+  /// @pre 0 <= f <= 12.
   [[nodiscard]] const double* field(int f) const noexcept { return data_.data() + f * stride_; }
-  [[nodiscard]] int stride() const noexcept { return stride_; }
 
  private:
   int count_{0};
@@ -189,13 +191,11 @@ struct BatchScores {
 struct BatchMargins {
   std::vector<double> near;  ///< Least depth less the lower limit [m].
   std::vector<double> far;   ///< Upper limit less the greatest depth [m].
-  std::vector<double>
-      image;  ///< How much nearer the camera could come along its axis before a point
-              ///< leaves the field of view [m].
+  /// How much nearer the camera could come along its axis before a point leaves the field of view [m].
+  std::vector<double> image;
   std::vector<double> occlusion;  ///< Distance of the rays to obstacles, exact near 0 [m].
-  std::vector<double>
-      facing;  ///< n·(ray) - cos(max) |ray|: how far inside the cone of admitted views
-               ///< the camera is [m].
+  /// n·(ray) - cos(max) |ray|: how far inside the cone of admitted views the camera is [m].
+  std::vector<double> facing;
 };
 
 /// Measures of every sample for one camera.

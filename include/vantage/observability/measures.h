@@ -36,6 +36,9 @@ enum class LowCause : int {
   kFeatures = 3,  ///< Fewer feature rows than joints or task dimensions to be seen.
 };
 
+/// As programs print it: "NONE", "VIEW", "ARM", "FEATURES".
+[[nodiscard]] const char* Name(LowCause cause) noexcept;
+
 /// What a measure could be made of.
 enum class MeasureStatus : int {
   kOk = 0,
@@ -89,8 +92,8 @@ struct Volume {
   MeasureStatus status{MeasureStatus::kEmpty};  ///< As Measure's.
   double w{0.0};                                ///< As Measure's.
   double log_w{0.0};                            ///< As Measure's.
-  int rank{
-      0};  ///< Of the triangle's diagonal, which bounds the singular values within small factors.
+  /// Of the triangle's diagonal, which bounds the singular values within small factors.
+  int rank{0};
 };
 
 /// w of J where no singular value is left out, that is where task_dimension does not cap
@@ -122,11 +125,11 @@ struct SingularSystem {
 [[nodiscard]] SingularSystem DecomposeNear(const JacobianRef& J,
                                            const TaskJacobian& directions) noexcept;
 
-/// Moore-Penrose inverse (columns×rows) over the singular values that count for the rank.
-/// Real-time safe.
+/// A pseudo-inverse, or a matrix of an ellipsoid.
 using PseudoInverseMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxRows, kMaxRows>;
-/// J^+ of a decomposed J, its singular values below the rank's tolerance left out.
+/// Moore-Penrose inverse J^+ (columns×rows) over the singular values that count for the rank. Real-time
+/// safe.
 [[nodiscard]] PseudoInverseMatrix PseudoInverse(const SingularSystem& system) noexcept;
 
 /// (J Jᵀ)^+ (rows×rows): the ellipsoid is {y in range(J) : yᵀ (J Jᵀ)^+ y <= 1} (docs/paper.md, eqs. 7
@@ -161,9 +164,10 @@ struct LogGradient {
 /// Bounds of |Δr| / |Δv|, Δr = J^+ Δv the motion computed from an error Δv of the features (paper,
 /// eq. 12).
 struct ErrorBounds {
-  double lower{
-      0.0};  ///< 1/σ_1. For k > m it holds for Δv in range(J): the rest of Δv moves nothing.
-  double upper{0.0};  ///< 1/σ_s; inf when rank < s. For k < m it holds for the least-norm Δr alone.
+  /// 1/σ_1. For k > m it holds for Δv in range(J): the rest of Δv moves nothing.
+  double lower{0.0};
+  /// 1/σ_s; inf when rank < s. For k < m it holds for the least-norm Δr alone.
+  double upper{0.0};
   bool lower_needs_range{false};         ///< rows > columns.
   bool upper_needs_minimum_norm{false};  ///< rows < columns.
 };
@@ -211,26 +215,17 @@ struct Coupling {
 /// @pre scale.size() == J.cols().
 [[nodiscard]] TaskJacobian ScaleJoints(const TaskJacobian& J, const JointVector& scale) noexcept;
 
-/// 3×n: ∂P/∂q of a point P on the arm [m/rad or m/m].
-using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
-
 /// ∂P/∂q of a point fixed to the end effector, from J_r and the vector from E's origin to P in world
 /// axes [m]. Real-time safe.
 [[nodiscard]] PointJacobian PointJacobianOf(const ArmJacobian& J_r,
                                             const Eigen::Vector3d& p_EP_W) noexcept;
 
-/// Settings of a diagnosis.
-struct DiagnosisOptions {
-  /// The arm is the cause when the motion that is seen worst moves the points by less than this share of
-  /// what joint motions usually (root mean square) move them by; > 0.
-  double arm_share{0.02};
-};
-
 /// Finds the cause of a low w_c before a camera moves (docs/paper.md): what could any view see? All that a
 /// camera has to go by is how the joints move the points, so the arm is the cause
 /// - when the points together do not move in as many directions as J_c has singular values: w_c is 0 for
 ///   every camera;
-/// - when the joint motion v_s that the features see worst hardly moves the points.
+/// - when the joint motion v_s that the features see worst hardly moves the points: by less than 2 % of
+///   what joint motions usually (root mean square) move them by.
 /// Otherwise that motion does move them, and this view hides it.
 ///
 /// @param composite   Decomposition of J_c.
@@ -244,7 +239,7 @@ struct DiagnosisOptions {
 /// Real-time safe.
 [[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite,
                                           const std::vector<PointJacobian>& points, int rows_needed,
-                                          bool low, const DiagnosisOptions& options = {}) noexcept;
+                                          bool low) noexcept;
 
 /// Worst motion of any of the points that a feature error of one pixel (norm over all rows) may hide:
 /// max over points i and joint motions with |J_c δq| <= 1 of |A_i δq| [mm/px].

@@ -57,8 +57,8 @@ struct Selection {
   std::vector<int> rows;     ///< Ascending. Empty where the status is not kOk.
   double value{0.0};         ///< The criterion for them.
   double value_of_all{0.0};  ///< The criterion for all candidates together.
-  bool exhaustive{
-      false};            ///< All sets were tried: none is better. False: the result of an exchange.
+  /// All sets were tried: none is better. False: the result of an exchange.
+  bool exhaustive{false};
   std::int64_t sets{0};  ///< Sets of rows that were evaluated.
 };
 

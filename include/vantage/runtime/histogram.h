@@ -7,7 +7,7 @@
 
 namespace vantage {
 
-/// Histogram of durations from 0 to about 18 s with a resolution of 1/16 of the value: linear up to
+/// Histogram of durations from 0 to about 17 s with a resolution of 1/16 of the value: linear up to
 /// 32 ns, then 16 steps for each doubling. Fixed storage. Real-time safe.
 class DurationHistogram {
  public:

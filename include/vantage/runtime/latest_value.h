@@ -17,9 +17,6 @@ template <typename T>
 class LatestValue {
  public:
   LatestValue() = default;
-  /// Every slot starts as a copy of `initial`: gives values that own memory their capacity.
-  explicit LatestValue(const T& initial) { slots_.fill(initial); }
-
   LatestValue(const LatestValue&) = delete;
   LatestValue& operator=(const LatestValue&) = delete;
 

@@ -11,7 +11,7 @@ struct RealtimeOptions {
   int priority{80};        ///< SCHED_FIFO priority, 1-99; 0 leaves the scheduler alone.
   std::vector<int> cpus;   ///< Cores the thread may run on; empty leaves the affinity alone.
   bool lock_memory{true};  ///< mlockall(): no page of the process is ever fetched from disk again.
-  std::size_t stack{262'144};  ///< Bytes of stack touched beforehand; 0: none.
+  std::size_t stack{262'144};  ///< Bytes of stack touched beforehand, 1 MiB at most; 0: none.
 };
 
 /// What the system granted.

@@ -60,7 +60,6 @@ inline constexpr int kNumInputFaults = static_cast<int>(InputFault::kFuture) + 1
 /// Names as printed and logged: "SERVOING", "STALE_JOINT_STATE", ...
 [[nodiscard]] const char* Name(ServoState state) noexcept;
 [[nodiscard]] const char* Name(HoldReason reason) noexcept;
-[[nodiscard]] const char* Name(LowCause cause) noexcept;
 [[nodiscard]] const char* Name(InputFault fault) noexcept;  ///< "MALFORMED", "WRONG_SIZE", ...
 
 /// Live observability: content of the OBSERVABILITY channel.
