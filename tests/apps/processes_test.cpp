@@ -236,6 +236,24 @@ TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
   EXPECT_EQ(cell.status()->reason, HoldReason::kOperator);
 }
 
+// An arm that was never heard: its command would be made up, all joints at 0, and an arm that takes positions would
+// go there.
+TEST(Processes, ToldToStopBeforeItHeardAnArmTheServoCommandsNothing) {
+  Cell cell;
+  ChildProcess servo = cell.StartServo();
+  ASSERT_TRUE(Eventually([&] {
+    const auto status = cell.status();
+    return status && status->reason == HoldReason::kNoJointState;
+  }));
+  servo.Signal(SIGTERM);
+  const auto end = servo.WaitFor(seconds(10));
+  ASSERT_TRUE(end.has_value());
+  EXPECT_TRUE(end->success()) << end->ToString();
+  // Its last words, after any command.
+  ASSERT_TRUE(Eventually([&] { return cell.status()->reason == HoldReason::kOperator; }));
+  EXPECT_EQ(cell.command().q.size(), 0);
+}
+
 /// Runs a program and gives its exit code and what it printed.
 std::pair<int, std::string> RunProgram(std::vector<std::string> arguments,
                                        const std::string& program = "vantage-run") {
