@@ -76,14 +76,9 @@ std::string CameraNote(const MapRecipe& recipe) {
   }
   for (int i = 0; i < setup.rig.size(); ++i) {
     if (IsSwept(recipe, SweepAxis::Kind::kRig, i)) continue;
-    const std::string& name = setup.rig.axes[i].name;
-    const bool length = name == "R" || name == "s" || name == "x" || name == "y" || name == "z";
-    text += ", " +
-            (name == "theta" ? "θ"
-             : name == "phi" ? "φ"
-                             : name) +
-            " = " +
-            (length ? Short(setup.q_c(i)) + " " + recipe.length_unit : Degrees(setup.q_c(i)));
+    text += ", " + SymbolOf(setup.rig.axes[i].name) + " = " +
+            (AxisTurns(setup.rig, i) ? Degrees(setup.q_c(i))
+                                     : Short(setup.q_c(i)) + " " + recipe.length_unit);
   }
   return text + ", f = " + Short(setup.camera.fx) + (setup.pixels ? " px" : "");
 }

@@ -12,13 +12,6 @@ namespace {
 
 constexpr int kMostSamples = 2001;
 
-std::string SymbolOf(const std::string& name) {
-  if (name == "theta") return "θ";
-  if (name == "phi") return "φ";
-  if (name == "roll") return "roll";
-  return name;
-}
-
 std::string Names(const MeasureSetup& setup, bool has_path) {
   std::string names;
   for (const RigAxis& axis : setup.rig.axes) names += axis.name + ", ";
@@ -66,9 +59,7 @@ SweepAxis FindAxis(const Section& section, const MeasureSetup& setup, bool has_p
 
 bool Turns(const Section& section, const MeasureSetup& setup, const SweepAxis& axis) {
   if (axis.kind == SweepAxis::Kind::kPath) return false;
-  if (axis.kind == SweepAxis::Kind::kRig) {
-    return !IsLength(setup.rig.axes[axis.indices[0]]);
-  }
+  if (axis.kind == SweepAxis::Kind::kRig) return AxisTurns(setup.rig, axis.indices[0]);
   const auto& kinds = setup.arm.joint_kinds();
   for (const int joint : axis.indices) {
     if (kinds[joint] != kinds[axis.indices[0]]) {
@@ -140,6 +131,12 @@ std::vector<MapQuantity> LoadPictures(const Section& plot, bool translation) {
 double ValueAt(const SweepAxis& axis, int i) noexcept {
   const double t = static_cast<double>(i) / (axis.samples - 1);
   return i == axis.samples - 1 ? axis.to : axis.from + t * (axis.to - axis.from);
+}
+
+std::string SymbolOf(const std::string& name) {
+  if (name == "theta") return "θ";
+  if (name == "phi") return "φ";
+  return name;
 }
 
 const char* Name(MapQuantity quantity) noexcept {

@@ -28,6 +28,9 @@ struct SweepAxis {
 /// Value of sample i of an axis: the ends are exact.
 [[nodiscard]] double ValueAt(const SweepAxis& axis, int i) noexcept;
 
+/// What pictures write for an axis of the rig or a joint: "θ" for theta, "φ" for phi, else its name.
+[[nodiscard]] std::string SymbolOf(const std::string& name);
+
 /// Quantities that a picture may show.
 enum class MapQuantity { kViewW, kArmW, kCompositeW, kSigmaMin, kGeometricMean, kPaperProduct };
 

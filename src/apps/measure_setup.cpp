@@ -233,13 +233,6 @@ std::string NameOf(const Feature& feature) {
   return name;
 }
 
-bool IsLength(const RigAxis& axis) noexcept {
-  for (const char* name : {"R", "s", "x", "y", "z"}) {
-    if (axis.name == name) return true;
-  }
-  return false;
-}
-
 JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noexcept {
   const auto lines = static_cast<double>(waypoints.size() - 1);
   const double place = std::min(std::max(t, 0.0), 1.0) * lines;
