@@ -8,6 +8,7 @@
 
 #include "figure.h"
 #include "measure_label.h"
+#include "vantage/report/gnuplot.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -298,7 +299,7 @@ void PlotPanel(const JointPanel& panel, const std::string& label, Figure* figure
               Palette::kLimit + "' " + (limit == panel.lower ? "title 'limit'" : "notitle");
     }
   }
-  *figure << "set ylabel \"" + label + "\"" << plot << "set yrange [*:*]";
+  *figure << "set ylabel " + GnuplotString(label) << plot << "set yrange [*:*]";
 }
 
 DrawnFigure DrawJoints(const RunLog& log, const std::string& folder) {
@@ -335,7 +336,7 @@ DrawnFigure DrawJoints(const RunLog& log, const std::string& folder) {
       velocity.upper = unit * limit.velocity;
     }
     if (i == n - 1) figure << "set xlabel 'time [s]'";
-    PlotPanel(position, Plain(name) + (turns ? " [deg]" : " [mm]"), &figure);
+    PlotPanel(position, GnuplotLiteral(name) + (turns ? " [deg]" : " [mm]"), &figure);
     figure << "set key top right horizontal";
     if (i > 0) figure << "unset key";
     PlotPanel(velocity, turns ? "[deg/s]" : "[mm/s]", &figure);

@@ -98,6 +98,27 @@ TEST_F(RunRecord, PictureShowsCurvesAndTheCamerasMove) {
   EXPECT_GT(cv::countNonZero(curve), 500);
 }
 
+// Names come from files and logs: what gnuplot would take for a subscript, or hand to a shell, stands in the picture
+// letter by letter, and a folder may be called anything.
+TEST_F(RunRecord, PictureIsDrawnWhateverTheNamesAre) {
+  const std::filesystem::path folder = folder_ / "it's \"mine\"";
+  std::filesystem::create_directory(folder);
+  WriteSamples(Samples(), (folder / "samples.csv").string());
+  RunSummary summary;
+  summary.scenario = "my_\"own\"_{cell} `touch made` \\`touch made\\`";
+  summary.camera = "active";
+  summary.end = "vantage-sim ended with exit code 3";
+  PlotRun(summary, Samples(), folder.string());
+  EXPECT_EQ(cv::imread((folder / "run.png").string()).rows, 1280);
+  EXPECT_FALSE(std::filesystem::exists(folder / "made"));
+}
+
+TEST(GnuplotString, HoldsTheTextAndNothingElse) {
+  EXPECT_EQ(GnuplotString("a b"), "\"a b\"");
+  EXPECT_EQ(GnuplotString("`x` \"y\" \\ $z\n"), "\"\\`x\\` \\\"y\\\" \\\\ \\$z\\n\"");
+  EXPECT_EQ(GnuplotLiteral("a_b{c}\n"), "a\\_b\\{c\\} ");
+}
+
 // A view in which one pixel hides any motion, all the time: the other curves are drawn all the same.
 TEST_F(RunRecord, PictureIsDrawnWithoutAFiniteValue) {
   std::vector<RunSample> samples = Samples();
