@@ -84,7 +84,7 @@ class ServoProgram {
         scenario_(scenario),
         servo_(scenario.task, scenario.servo, scenario.active.trigger),
         camera_task_(scenario.task, scenario.rig, scenario.q_c_start, scenario.active),
-        transport_(ChooseTransport(JoiningTransport())),
+        transport_(JoinTransport()),
         link_({transport_.url, arguments.prefix}),
         recorder_(Setup(arguments, scenario), &link_) {}
 
@@ -111,12 +111,6 @@ class ServoProgram {
   }
 
  private:
-  static TransportOptions JoiningTransport() {
-    TransportOptions options;
-    options.join_existing = true;
-    return options;
-  }
-
   static ServoSetup Setup(const Arguments& arguments, const Scenario& scenario) {
     ServoSetup setup;
     setup.start = FromMicroseconds(ToMicroseconds(Clock::now()));
