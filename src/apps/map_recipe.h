@@ -44,9 +44,9 @@ struct MapRecipe {
   std::string notes;              ///< What the paper leaves open, for instance. May be empty.
   std::string length_unit;        ///< "m", or what the recipe calls its lengths.
   std::array<SweepAxis, 2> axes;  ///< x and y.
-  std::vector<MapQuantity> pictures;
-  bool logarithmic{false};  ///< Heat maps and surfaces of log10.
-  double view_turn{30.0};   ///< Of the surface about its z axis [deg].
+  MapQuantity picture{MapQuantity::kCompositeW};  ///< What pictures show.
+  bool logarithmic{false};                        ///< Heat maps and surfaces of log10.
+  double view_turn{30.0};                         ///< Of the surface about its z axis [deg].
 };
 
 /// A recipe file, or a built-in one by its name. Throws ConfigError with file, line and key.

@@ -67,7 +67,7 @@ Source WriteScenario(const Arguments& arguments) {
     const bool number = arguments.markers.find_first_not_of("0123456789") == std::string::npos;
     if (number && arguments.markers.size() <= 3) {
       task.marker_count = std::stoi(arguments.markers);
-      if (task.marker_count == 0) throw ConfigError("", "markers", "must be at least 1");
+      if (task.marker_count == 0) throw ConfigError("", "--markers", "must be at least 1, is 0");
     } else {
       task.marker_file = arguments.markers;
     }

@@ -434,7 +434,8 @@ TEST_F(RecipeFile, ErrorsNameTheKey) {
             std::string::npos);
   EXPECT_NE(ErrorOf("sweep: {x: {axis: elbow, from: 0, to: 1}" + y).find("from_deg"),
             std::string::npos);
-  EXPECT_NE(ErrorOf("sweep: {x: {axis: elbow, from_deg: 0, to_deg: 300}" + y).find("limits"),
+  EXPECT_NE(ErrorOf("sweep: {x: {axis: elbow, from_deg: 0, to_deg: 300}" + y)
+                .find("the range of elbow must be in [-"),
             std::string::npos);
   EXPECT_NE(ErrorOf("sweep: {x: {axis: R, from: 1, to: 1}" + y).find("empty"), std::string::npos);
   EXPECT_NE(ErrorOf("sweep: {x: {axis: path}" + y).find("neither an axis"), std::string::npos);
