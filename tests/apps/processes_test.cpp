@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include "temporary_folder.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/tcp_hub.h"
 #include "vantage/runtime/child_process.h"
@@ -346,17 +347,15 @@ TEST_F(RunTest, BadInputIsOneLineExitCodeTwoAndNothingWritten) {
     EXPECT_EQ(code, 2) << arguments[0] << ": " << text;
     EXPECT_FALSE(std::filesystem::exists(folder_)) << arguments[0];
   }
-  const std::string broken =
-      (std::filesystem::temp_directory_path() / "vantage_broken.yaml").string();
-  std::ofstream(broken)
-      << "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n";
+  const test::TemporaryFolder elsewhere;
+  const std::string broken = elsewhere.Write(
+      "broken.yaml", "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n");
   const auto [code, text] = RunProgram({broken, "--out", folder_.string()});
   EXPECT_EQ(code, 2);
   EXPECT_NE(text.find(broken + ":3: "), std::string::npos) << text;
   EXPECT_NE(text.find("radius"), std::string::npos) << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
   EXPECT_FALSE(std::filesystem::exists(folder_));
-  std::filesystem::remove(broken);
 }
 
 }  // namespace
