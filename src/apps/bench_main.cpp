@@ -169,7 +169,7 @@ int Replay(const Arguments& arguments, const Settings& settings) {
   scenario.name = name;
   const RunFolder folder(arguments.out, name);
   RunConsole console(arguments.quiet);
-  console.Begin(name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
+  console.Note(name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
   const RunOutcome outcome = RunInLockstep(scenario, folder, &console);
   const std::vector<std::string> troubles = folder.Write(outcome.summary, outcome.samples);
   console.End(outcome.summary, folder.Contents());

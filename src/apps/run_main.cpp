@@ -122,8 +122,8 @@ int Run(const Arguments& arguments) {
     scenario_path = WriteScenarioFile(folder, "scenario", own->text.text);
   }
   RunConsole console(arguments.quiet);
-  console.Begin(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +
-                (arguments.lockstep ? ", simulated time)" : ")"));
+  console.Note(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +
+               (arguments.lockstep ? ", simulated time)" : ")"));
   RunOutcome outcome;
   if (arguments.lockstep) {
     outcome = RunInLockstep(scenario, folder, &console);
