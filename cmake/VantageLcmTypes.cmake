@@ -1,7 +1,16 @@
 # LCM and what is generated from lcm_types/*.lcm: C++ bindings, layouts for checking bytes from outside,
 # and the jar that shows the types in lcm-spy.
 
-find_program(LCM_GEN lcm-gen REQUIRED)
+# Of the LCM that is linked, first: vantage_find_external() has found it as a CMake package or by pkg-config.
+set(hints "")
+if(lcm_DIR)
+  list(APPEND hints ${lcm_DIR}/../../../bin ${lcm_DIR}/../../../../bin)
+endif()
+if(LCM_PREFIX)
+  list(APPEND hints ${LCM_PREFIX}/bin)
+endif()
+find_program(LCM_GEN lcm-gen HINTS ${hints} REQUIRED)
+unset(hints)
 
 # vantage_add_lcm_types(<name> TYPES <file.lcm>...)
 #

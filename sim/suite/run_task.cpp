@@ -5,17 +5,10 @@
 #include <memory>
 
 #include "sim/lockstep.h"
+#include "sim/suite/quantile.h"
 
 namespace vantage::sim {
 namespace {
-
-double Quantile95(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(values.size()));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 // One goal; the lockstep is left as it ended.
 TaskResult PlayGoal(const Scenario& scenario, const JointVector& q_goal, Lockstep* lockstep) {
@@ -44,7 +37,7 @@ TaskResult PlayGoal(const Scenario& scenario, const JointVector& q_goal, Lockste
   }
   const GroundTruth truth = lockstep->world().truth();
   result.duration = lockstep->time();
-  result.true_error_mm = follows ? Quantile95(errors) : 1e3 * truth.worst_error;
+  result.true_error_mm = follows ? Quantile(errors, 0.95) : 1e3 * truth.worst_error;
   result.joint_error_deg = (truth.q - q_goal).lpNorm<Eigen::Infinity>() * 180.0 / M_PI;
   result.error_px = status.error_px;
   result.moves = lockstep->active().moves;

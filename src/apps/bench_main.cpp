@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <cstdio>
+#include <fstream>
 #include <iostream>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -15,6 +17,13 @@
 
 namespace vantage {
 namespace {
+
+// By the names that scenarios have for them.
+const std::map<std::string, TriggerMeasure> kMeasures{
+    {"geometric_mean", TriggerMeasure::kGeometricMean},
+    {"composite_w", TriggerMeasure::kCompositeW},
+    {"sigma_min", TriggerMeasure::kSigmaMin},
+    {"inverse_condition", TriggerMeasure::kInverseCondition}};
 
 struct Arguments {
   std::string suite = "bad-starts";
@@ -113,20 +122,13 @@ void RunJobs(std::vector<Job>* jobs, const Settings& settings, int threads, Prog
   if (failure) std::rethrow_exception(failure);
 }
 
-TriggerMeasure MeasureNamed(const std::string& name) {
-  if (name == "geometric_mean") return TriggerMeasure::kGeometricMean;
-  if (name == "composite_w") return TriggerMeasure::kCompositeW;
-  if (name == "sigma_min") return TriggerMeasure::kSigmaMin;
-  return TriggerMeasure::kInverseCondition;
-}
-
 Settings SettingsOf(const Arguments& arguments) {
   Settings settings;
   settings.kinematic = arguments.kinematic;
   for (const std::string& name : arguments.without) {
     settings.ablations.push_back(&sim::AblationOf(name));
   }
-  if (!arguments.trigger.empty()) settings.measure = MeasureNamed(arguments.trigger);
+  if (!arguments.trigger.empty()) settings.measure = kMeasures.at(arguments.trigger);
   settings.threshold = arguments.threshold;
   return settings;
 }
@@ -167,7 +169,7 @@ int Replay(const Arguments& arguments, const Settings& settings) {
   scenario.name = name;
   const RunFolder folder(arguments.out, name);
   RunConsole console(arguments.quiet);
-  console.Begin(name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
+  console.Note(name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
   const RunOutcome outcome = RunInLockstep(scenario, folder, &console);
   const std::vector<std::string> troubles = folder.Write(outcome.summary, outcome.samples);
   console.End(outcome.summary, folder.Contents());
@@ -257,7 +259,7 @@ int main(int argc, char** argv) {
   app.add_option("--without", arguments.without, "Ingredients switched off (see --list)")
       ->delimiter(',');
   app.add_option("--trigger", arguments.trigger, "Measure that moves the camera")
-      ->check(CLI::IsMember({"geometric_mean", "composite_w", "sigma_min", "inverse_condition"}));
+      ->check(CLI::IsMember(vantage::kMeasures));
   app.add_option("--threshold", arguments.threshold, "Its threshold, in its unit")
       ->check(CLI::PositiveNumber);
   app.add_option("--json", arguments.json, "Writes all rows to this file");

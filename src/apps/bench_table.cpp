@@ -7,10 +7,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/suite/quantile.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
+
+using sim::Quantile;
 
 std::size_t Successes(const BenchRow& row) {
   return static_cast<std::size_t>(
@@ -44,15 +47,6 @@ std::pair<double, double> WilsonInterval(std::size_t successes, std::size_t runs
   const double middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
   const double half = kZ / (1.0 + z2 / n) * std::sqrt(p * (1.0 - p) / n + z2 / (4.0 * n * n));
   return {std::max(0.0, middle - half), std::min(1.0, middle + half)};
-}
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  const double at = share * static_cast<double>(values.size() - 1);
-  const auto low = static_cast<std::size_t>(at);
-  const std::size_t high = std::min(low + 1, values.size() - 1);
-  return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
 }
 
 std::string BenchTable(const std::vector<BenchRow>& rows) {

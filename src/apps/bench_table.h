@@ -20,9 +20,6 @@ struct BenchRow {
 /// @see E. B. Wilson, J. American Statistical Association 22, 1927.
 [[nodiscard]] std::pair<double, double> WilsonInterval(std::size_t successes, std::size_t runs);
 
-/// Value below which `share` of the values lie, by linear interpolation; 0 of none.
-[[nodiscard]] double Quantile(std::vector<double> values, double share);
-
 /// The table for people.
 [[nodiscard]] std::string BenchTable(const std::vector<BenchRow>& rows);
 

@@ -179,7 +179,7 @@ class CameraProgram {
         goal_markers_(BelievedGoalMarkers(scenario_)),
         source_(OpenVideo(arguments.source, arguments.video)),
         tracker_(camera(), scenario_.vision),
-        transport_(ChooseTransport(JoiningTransport())),
+        transport_(JoinTransport()),
         link_({transport_.url, arguments.prefix}),
         surroundings_(scenario_, &link_) {}
 
@@ -217,12 +217,6 @@ class CameraProgram {
   }
 
  private:
-  static TransportOptions JoiningTransport() {
-    TransportOptions options;
-    options.join_existing = true;
-    return options;
-  }
-
   [[nodiscard]] const CameraModel& camera() const { return scenario_.task.view.camera; }
 
   [[nodiscard]] double ExpectedRate() const {

@@ -104,9 +104,10 @@ int Run(const Arguments& arguments) {
     std::cout << std::flush;
   };
   try {
-    for (const MapQuantity quantity : recipe.pictures) {
-      if (arguments.no_pictures) break;
-      for (const std::string& file : PlotMap(recipe, table, quantity, stem)) files.push_back(file);
+    if (!arguments.no_pictures) {
+      for (const std::string& file : PlotMap(recipe, table, recipe.picture, stem)) {
+        files.push_back(file);
+      }
     }
   } catch (const Error&) {
     print_files();  // The table is there all the same.

@@ -30,16 +30,6 @@ std::string Triple(const Eigen::Vector3d& v) {
   return "(" + clean(v.x()) + ", " + clean(v.y()) + ", " + clean(v.z()) + ")";
 }
 
-// Text between double quotes of a gnuplot script.
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\' || c == '`' || c == '$') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
-
 bool IsSwept(const MapRecipe& recipe, SweepAxis::Kind kind, int index) {
   for (const SweepAxis& axis : recipe.axes) {
     if (axis.kind == SweepAxis::Kind::kPath && kind == SweepAxis::Kind::kJoint) return true;
@@ -76,14 +66,9 @@ std::string CameraNote(const MapRecipe& recipe) {
   }
   for (int i = 0; i < setup.rig.size(); ++i) {
     if (IsSwept(recipe, SweepAxis::Kind::kRig, i)) continue;
-    const std::string& name = setup.rig.axes[i].name;
-    const bool length = name == "R" || name == "s" || name == "x" || name == "y" || name == "z";
-    text += ", " +
-            (name == "theta" ? "θ"
-             : name == "phi" ? "φ"
-                             : name) +
-            " = " +
-            (length ? Short(setup.q_c(i)) + " " + recipe.length_unit : Degrees(setup.q_c(i)));
+    text += ", " + SymbolOf(setup.rig.axes[i].name) + " = " +
+            (AxisTurns(setup.rig, i) ? Degrees(setup.q_c(i))
+                                     : Short(setup.q_c(i)) + " " + recipe.length_unit);
   }
   return text + ", f = " + Short(setup.camera.fx) + (setup.pixels ? " px" : "");
 }
@@ -199,7 +184,7 @@ void WriteCommon(const MapRecipe& recipe, std::ofstream* script) {
          "set palette defined (0 '#440154', 0.125 '#472d7b', 0.25 '#3b528b', 0.375 '#2c728e', 0.5 "
          "'#21918c', 0.625 '#28ae80', 0.75 '#5ec962', 0.875 '#addc30', 1 '#fde725')\n"
          "set encoding utf8\nunset key\nset tics out nomirror\n"
-      << "set title " << Quoted(recipe.title) << " font ',15' offset 0,0.3\n"
+      << "set title " << GnuplotString(recipe.title) << " font ',15' offset 0,0.3\n"
       << "set xrange [" << x.from << ':' << x.to << "]\nset yrange [" << y.from << ':' << y.to
       << "]\n"
       << Tics(x, 'x') << Tics(y, 'y');
@@ -207,7 +192,7 @@ void WriteCommon(const MapRecipe& recipe, std::ofstream* script) {
   std::vector<std::string> notes{FeatureNote(recipe.setup), CameraNote(recipe), ArmNote(recipe)};
   if (!recipe.notes.empty()) notes.insert(notes.begin(), recipe.notes);
   for (const std::string& note : notes) {
-    *script << "set label " << Quoted(note) << " at screen 0.03, screen " << height
+    *script << "set label " << GnuplotString(note) << " at screen 0.03, screen " << height
             << " left noenhanced font ',10' textcolor rgb '#404040'\n";
     height += 0.026;
   }
@@ -219,11 +204,11 @@ void WriteSurface(const MapRecipe& recipe, const std::string& z_label, std::ofst
              "set ztics offset -0.3, 0.65\n"
              "set xyplane relative 0\nset origin 0.025, 0.09\nset size 0.975, 0.91\n"
           << "set view 62, " << recipe.view_turn << ", 1.03, 1.25\n"
-          << "set xlabel " << Quoted(AxisLabel(recipe.axes[0]))
+          << "set xlabel " << GnuplotString(AxisLabel(recipe.axes[0]))
           << " rotate parallel offset 0,-0.5 font ',13'\n"
-          << "set ylabel " << Quoted(AxisLabel(recipe.axes[1]))
+          << "set ylabel " << GnuplotString(AxisLabel(recipe.axes[1]))
           << " rotate parallel offset 0,-0.5 font ',13'\n"
-          << "set zlabel " << Quoted(z_label) << " rotate by 90 offset -2.5,0 font ',13'\n"
+          << "set zlabel " << GnuplotString(z_label) << " rotate by 90 offset -2.5,0 font ',13'\n"
           << "set pm3d depthorder border linecolor rgb '#202020' linewidth 0.3\n"
              "unset colorbox\n";
   // Measures are not negative: a surface that stands on 0 shows ratios.
@@ -236,9 +221,9 @@ void WriteHeat(const MapRecipe& recipe, const std::string& z_label, std::ofstrea
              "set colorbox\nset view map\nset origin 0, 0\nset size 1, 1\n"
              "set lmargin screen 0.11\nset rmargin screen 0.82\nset bmargin screen 0.225\n"
              "set tmargin screen 0.925\n"
-          << "set xlabel " << Quoted(AxisLabel(recipe.axes[0])) << " offset 0,0 font ',13'\n"
-          << "set ylabel " << Quoted(AxisLabel(recipe.axes[1])) << " offset 0,0 font ',13'\n"
-          << "set cblabel " << Quoted(z_label) << " offset 1,0 font ',13'\n"
+          << "set xlabel " << GnuplotString(AxisLabel(recipe.axes[0])) << " offset 0,0 font ',13'\n"
+          << "set ylabel " << GnuplotString(AxisLabel(recipe.axes[1])) << " offset 0,0 font ',13'\n"
+          << "set cblabel " << GnuplotString(z_label) << " offset 1,0 font ',13'\n"
           << "set pm3d map corners2color mean\nset pm3d noborder\n"
              "set contour base\nset cntrparam levels auto 8\nset cntrlabel onecolor\n";
 }
@@ -265,7 +250,7 @@ std::vector<std::string> PlotMap(const MapRecipe& recipe, const MapTable& table,
            << "set terminal "
            << (png ? "pngcairo size 1000,820 enhanced font 'DejaVu Sans,12' background 'white'"
                    : "svg size 1000,820 enhanced font 'DejaVu Sans,12' background 'white'")
-           << "\nset output " << Quoted(name + "_" + kind + "." + ending) << '\n'
+           << "\nset output " << GnuplotString(name + "_" + kind + "." + ending) << '\n'
            << "splot $map using 1:2:3 with pm3d nocontour"
            << (kind == "heat" ? ", $map using 1:2:3 with lines nosurface linewidth 1 linecolor rgb "
                                 "'#90ffffff'\n"

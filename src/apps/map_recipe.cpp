@@ -12,13 +12,6 @@ namespace {
 
 constexpr int kMostSamples = 2001;
 
-std::string SymbolOf(const std::string& name) {
-  if (name == "theta") return "θ";
-  if (name == "phi") return "φ";
-  if (name == "roll") return "roll";
-  return name;
-}
-
 std::string Names(const MeasureSetup& setup, bool has_path) {
   std::string names;
   for (const RigAxis& axis : setup.rig.axes) names += axis.name + ", ";
@@ -66,9 +59,7 @@ SweepAxis FindAxis(const Section& section, const MeasureSetup& setup, bool has_p
 
 bool Turns(const Section& section, const MeasureSetup& setup, const SweepAxis& axis) {
   if (axis.kind == SweepAxis::Kind::kPath) return false;
-  if (axis.kind == SweepAxis::Kind::kRig) {
-    return !IsLength(setup.rig.axes[axis.indices[0]]);
-  }
+  if (axis.kind == SweepAxis::Kind::kRig) return AxisTurns(setup.rig, axis.indices[0]);
   const auto& kinds = setup.arm.joint_kinds();
   for (const int joint : axis.indices) {
     if (kinds[joint] != kinds[axis.indices[0]]) {
@@ -91,7 +82,12 @@ void CheckRange(const Section& section, const MeasureSetup& setup, const SweepAx
     }
     if (std::min(axis.from, axis.to) < lower - 1e-9 ||
         std::max(axis.from, axis.to) > upper + 1e-9) {
-      section.Fail("", "the range of " + axis.name + " leaves its limits");
+      const double unit = axis.unit == "rad" ? 180.0 / M_PI : 1.0;
+      std::ostringstream reason;
+      reason << "the range of " << axis.name << " must be in [" << lower * unit << ", "
+             << upper * unit << (axis.unit == "rad" ? "] deg" : "]") << ", is from "
+             << axis.from * unit << " to " << axis.to * unit;
+      section.Fail("", reason.str());
     }
   }
 }
@@ -120,7 +116,7 @@ SweepAxis LoadAxis(const Section& sweep, const std::string& key, const MeasureSe
   return axis;
 }
 
-std::vector<MapQuantity> LoadPictures(const Section& plot, bool translation) {
+MapQuantity LoadPicture(const Section& plot, bool translation) {
   const Section::Names<MapQuantity> names{{"w_v", MapQuantity::kViewW},
                                           {"w_r", MapQuantity::kArmW},
                                           {"w_c", MapQuantity::kCompositeW},
@@ -132,7 +128,7 @@ std::vector<MapQuantity> LoadPictures(const Section& plot, bool translation) {
   if (quantity == MapQuantity::kPaperProduct && !translation) {
     plot.Fail("show", "paper_product needs translation_task");
   }
-  return {quantity};
+  return quantity;
 }
 
 }  // namespace
@@ -140,6 +136,12 @@ std::vector<MapQuantity> LoadPictures(const Section& plot, bool translation) {
 double ValueAt(const SweepAxis& axis, int i) noexcept {
   const double t = static_cast<double>(i) / (axis.samples - 1);
   return i == axis.samples - 1 ? axis.to : axis.from + t * (axis.to - axis.from);
+}
+
+std::string SymbolOf(const std::string& name) {
+  if (name == "theta") return "θ";
+  if (name == "phi") return "φ";
+  return name;
 }
 
 const char* Name(MapQuantity quantity) noexcept {
@@ -162,7 +164,7 @@ const char* Name(MapQuantity quantity) noexcept {
 
 MapRecipe FindMapRecipe(const std::string& name_or_path, SchemaRecorder* recorder) {
   const Section root = ParseConfig(FindConfigText(ConfigKind::kRecipe, name_or_path), recorder);
-  MapRecipe recipe{LoadMeasureSetup(root), "", "", "", {}, {}, false, 30.0};
+  MapRecipe recipe{LoadMeasureSetup(root), "", "", "", {}};
   recipe.setup.name = std::filesystem::path(name_or_path).stem().string();
   const Section plot = root.OptionalChild("plot", "How pictures show the map.");
   recipe.title = plot.Text("title", recipe.setup.name, "Title of the pictures.");
@@ -171,7 +173,7 @@ MapRecipe FindMapRecipe(const std::string& name_or_path, SchemaRecorder* recorde
   recipe.logarithmic = plot.Flag("logarithmic", false, "Show log10.");
   recipe.view_turn = plot.Number("view_turn", {0.0, 360.0, "deg"}, recipe.view_turn,
                                  "Turn of the surface about its vertical axis.");
-  recipe.pictures = LoadPictures(plot, recipe.setup.translation_task > 0);
+  recipe.picture = LoadPicture(plot, recipe.setup.translation_task > 0);
   const Section sweep = root.Child("sweep", "The two parameters that are swept.");
   const bool has_path = !recipe.setup.waypoints.empty();
   recipe.axes = {LoadAxis(sweep, "x", recipe.setup, has_path, recipe.length_unit),

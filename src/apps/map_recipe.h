@@ -28,6 +28,9 @@ struct SweepAxis {
 /// Value of sample i of an axis: the ends are exact.
 [[nodiscard]] double ValueAt(const SweepAxis& axis, int i) noexcept;
 
+/// What pictures write for an axis of the rig or a joint: "θ" for theta, "φ" for phi, else its name.
+[[nodiscard]] std::string SymbolOf(const std::string& name);
+
 /// Quantities that a picture may show.
 enum class MapQuantity { kViewW, kArmW, kCompositeW, kSigmaMin, kGeometricMean, kPaperProduct };
 
@@ -41,9 +44,9 @@ struct MapRecipe {
   std::string notes;              ///< What the paper leaves open, for instance. May be empty.
   std::string length_unit;        ///< "m", or what the recipe calls its lengths.
   std::array<SweepAxis, 2> axes;  ///< x and y.
-  std::vector<MapQuantity> pictures;
-  bool logarithmic{false};  ///< Heat maps and surfaces of log10.
-  double view_turn{30.0};   ///< Of the surface about its z axis [deg].
+  MapQuantity picture{MapQuantity::kCompositeW};  ///< What pictures show.
+  bool logarithmic{false};                        ///< Heat maps and surfaces of log10.
+  double view_turn{30.0};                         ///< Of the surface about its z axis [deg].
 };
 
 /// A recipe file, or a built-in one by its name. Throws ConfigError with file, line and key.

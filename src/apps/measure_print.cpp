@@ -258,11 +258,10 @@ std::string CameraText(const MeasureSetup& setup, const Measurement& m) {
       "at " + Triple(m.X_WC.translation()) + " m, optical axis " + Triple(m.X_WC.linear().col(2));
   if (setup.eye_in_hand) return "in hand, " + text;
   for (int i = 0; i < setup.rig.size(); ++i) {
-    const RigAxis& rig_axis = setup.rig.axes[i];
-    const bool length = IsLength(rig_axis);
-    text += (i == 0 ? "; " : ", ") + rig_axis.name + " " +
-            Short(length ? setup.q_c(i) : setup.q_c(i) * kDegreesPerRadian) +
-            (length ? " m" : " deg");
+    const bool turns = AxisTurns(setup.rig, i);
+    text += (i == 0 ? "; " : ", ") + setup.rig.axes[i].name + " " +
+            Short(turns ? setup.q_c(i) * kDegreesPerRadian : setup.q_c(i)) +
+            (turns ? " deg" : " m");
   }
   return text;
 }
@@ -352,8 +351,7 @@ std::string GradientsTable(const MeasureSetup& setup, const MeasureReport& repor
         [i](const LogMeasureGradient& g) { return g.by.camera(i); });
   }
   for (int i = 0; i < gradients.composite.rig.size(); ++i) {
-    const RigAxis& axis = setup.rig.axes[i];
-    add(axis.name, IsLength(axis) ? "m" : "rad",
+    add(setup.rig.axes[i].name, AxisTurns(setup.rig, i) ? "rad" : "m",
         [i](const LogMeasureGradient& g) { return g.rig(i); });
   }
   if (HasCommonFocal(setup)) {

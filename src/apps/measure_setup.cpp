@@ -15,12 +15,6 @@ namespace {
 
 constexpr double kFarthest = 1000.0;  // [m]
 
-ArmModel LoadArm(const Section& root) {
-  const std::string help = "The arm: a built-in name, a robot file, or its data in place.";
-  if (root.FormOf("robot") == Section::Form::kMapping) return LoadRobot(root.Child("robot", help));
-  return FindRobot(root.Text("robot", kRequired, help), root.folder());
-}
-
 // The camera's model, and whether it speaks in pixels.
 std::pair<CameraModel, bool> LoadLens(const Section& root) {
   const Section section = root.OptionalChild("camera", "Intrinsics of the camera.");
@@ -158,7 +152,7 @@ Eigen::MatrixXd LoadCovariance(const Section& root, int k) {
 
 MeasureSetup LoadMeasureSetup(const Section& root) {
   const std::string description = root.Text("description", "", "One line.");
-  ArmModel arm = LoadArm(root);
+  ArmModel arm = LoadRobotUnder(root, "robot");
   const JointVector q = LoadJoints(root, "joints", arm, "Joint values.");
   const std::vector<MeasuredPoint> points = LoadPoints(root);
   const int count = static_cast<int>(points.size());
@@ -231,13 +225,6 @@ std::string NameOf(const Feature& feature) {
   }
   for (const int point : feature.points) name += "_" + std::to_string(point);
   return name;
-}
-
-bool IsLength(const RigAxis& axis) noexcept {
-  for (const char* name : {"R", "s", "x", "y", "z"}) {
-    if (axis.name == name) return true;
-  }
-  return false;
 }
 
 JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noexcept {

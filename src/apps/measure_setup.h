@@ -66,9 +66,6 @@ struct MeasureSetup {
 /// Short name of a feature over the given points: "x_0", "distance_0_1", "area_0_1_2".
 [[nodiscard]] std::string NameOf(const Feature& feature);
 
-/// True for the rig axes that are lengths; the others are angles.
-[[nodiscard]] bool IsLength(const RigAxis& axis) noexcept;
-
 /// Joints along straight lines between the waypoints, t in [0, 1] over lines of equal share.
 /// @pre waypoints.size() >= 2.
 [[nodiscard]] JointVector JointsAlong(const std::vector<JointVector>& waypoints, double t) noexcept;

@@ -33,7 +33,7 @@ class Bridge {
  public:
   explicit Bridge(const Arguments& arguments)
       : position_(arguments.mode == "position"),
-        transport_(ChooseTransport(JoiningTransport())),
+        transport_(JoinTransport()),
         vantage_({transport_.url, arguments.prefix}),
         panda_({transport_.url, arguments.panda_prefix}) {
     if (!transport_.explanation.empty()) std::cerr << transport_.explanation << '\n';
@@ -58,12 +58,6 @@ class Bridge {
   }
 
  private:
-  static TransportOptions JoiningTransport() {
-    TransportOptions options;
-    options.join_existing = true;
-    return options;
-  }
-
   void OnStatus(const PandaStatus& status) {
     const Time now = Clock::now();
     {

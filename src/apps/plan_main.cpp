@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 
 #include "app.h"
@@ -51,8 +52,7 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
   const std::string stem = MakeStem(arguments.out, setup.name);
   const PlacementModel model(setup.problem);
   PlanProgressBar bar(arguments.quiet);
-  const PlanProgress progress = [&](const std::string& stage, double share,
-                                    const std::optional<double>& best) { bar(stage, share, best); };
+  const PlanProgress progress = std::ref(bar);
   const auto start = std::chrono::steady_clock::now();
   const PlacementResult result = PlaceCamera(model, setup.search, progress);
   const double seconds = SecondsSince(start);
@@ -105,11 +105,9 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
     }
   }
   print_files();
-  if (!arguments.quiet) {
-    if (!setup.scenario.empty()) {
-      std::cout << "from there: vantage-run " << setup.scenario << " --camera-plan " << files[0]
-                << '\n';
-    }
+  if (!arguments.quiet && !setup.scenario.empty()) {
+    std::cout << "from there: vantage-run " << setup.scenario << " --camera-plan " << files[0]
+              << '\n';
   }
   return kExitOk;
 }
@@ -122,14 +120,10 @@ int Sweep(const Arguments& arguments, const PlacementSetup& setup, PlanTeam* tea
   }
   path += ".csv";
   PlanProgressBar bar(arguments.quiet);
-  RunSweep(
-      setup, shard, path,
-      [&](const std::string& stage, double share, const std::optional<double>& best) {
-        bar(stage, share, best);
-      },
-      [&](const auto& items, const auto& work, const auto& take) {
-        team->Deal(items, work, take);
-      });
+  RunSweep(setup, shard, path, std::ref(bar),
+           [&](const auto& items, const auto& work, const auto& take) {
+             team->Deal(items, work, take);
+           });
   bar.End();
   if (!arguments.quiet) std::cout << BestOfSweep(path, 5) << "  " << path << '\n';
   return kExitOk;

@@ -50,7 +50,8 @@ struct Scale {
 };
 Scale ScaleOf(const CameraRig& rig, int axis) {
   const bool length = !AxisTurns(rig, axis);
-  return {length ? 1.0 : kDegrees, rig.axes[axis].name + (length ? " [m]" : " [deg]")};
+  return {length ? 1.0 : kDegrees,
+          GnuplotLiteral(rig.axes[axis].name) + (length ? " [m]" : " [deg]")};
 }
 
 std::vector<Marker> SceneMarkers(const PlacementSetup& setup) {
@@ -83,10 +84,11 @@ void WriteMapTable(const PlacementSetup& setup, const PlacementMap& map, const s
     for (const double margin : cell.margins) table << ',' << margin;
     table << '\n';
   }
+  table.close();
   if (!table) throw WriteError(path);
 }
 
-// The value is shown from its best to what is a hundred times worse: the rest is bad alike.
+// What the map shows of a camera; NaN where a limit is broken.
 double Shown(const PlacementSetup& setup, const PlacedCamera& cell) {
   if (!cell.feasible || !std::isfinite(cell.value)) return std::numeric_limits<double>::quiet_NaN();
   const bool ratio = setup.problem.objective.measure == BatchMeasure::kW;
@@ -126,6 +128,7 @@ std::vector<std::string> PlotPlacementMap(const PlacementSetup& setup, const Pla
     script << '\n';
   }
   if (!(top > -std::numeric_limits<double>::infinity())) top = bottom = 0.0;
+  // From the best to what is a hundred times worse: the rest is bad alike.
   if (ratio) bottom = std::max(bottom, top - 2.0);
   if (!(top > bottom)) bottom = top - 1.0;
   const auto mark = [&](const PlacedCamera& camera) {
@@ -133,9 +136,13 @@ std::vector<std::string> PlotPlacementMap(const PlacementSetup& setup, const Pla
            std::to_string(camera.q_c(axis_y) * y.unit);
   };
   script << "EOD\n"
-         << "set title \"" << setup.name << ": value over " << rig.axes[axis_x].name << " and "
-         << rig.axes[axis_y].name << "\\n{/*0.8 grey: a limit is broken}\" font ',15'\n"
-         << "set xlabel '" << x.label << "'\nset ylabel '" << y.label << "'\n"
+         << "set title "
+         << GnuplotString(GnuplotLiteral(setup.name + ": value over " + rig.axes[axis_x].name +
+                                         " and " + rig.axes[axis_y].name) +
+                          "\n{/*0.8 grey: a limit is broken}")
+         << " font ',15'\n"
+         << "set xlabel " << GnuplotString(x.label) << "\nset ylabel " << GnuplotString(y.label)
+         << '\n'
          << "set cblabel '" << (ratio ? "log_{10} value" : "value") << "'\n"
          << "set xrange [" << map.x.front() * x.unit << ":" << map.x.back() * x.unit << "]\n"
          << "set yrange [" << map.y.front() * y.unit << ":" << map.y.back() * y.unit << "]\n"
@@ -156,7 +163,7 @@ std::vector<std::string> PlotPlacementMap(const PlacementSetup& setup, const Pla
     script << "set terminal "
            << (png ? "pngcairo size 1000,620 enhanced font 'DejaVu Sans,12' background 'white'"
                    : "svg size 1000,620 enhanced font 'DejaVu Sans,12' background 'white'")
-           << "\nset output '" << name << "_map." << (png ? "png" : "svg") << "'\n"
+           << "\nset output " << GnuplotString(name + "_map." + (png ? "png" : "svg")) << '\n'
            << "plot $map using 1:2:3 with image pixels\n";
   }
   script << "unset output\n";

@@ -42,10 +42,6 @@ void RunConsole::Note(const std::string& text) {
   Line(text, true);
 }
 
-void RunConsole::Begin(const std::string& headline) {
-  Line(headline, true);
-}
-
 void RunConsole::Titles(TriggerMeasure measure) {
   char buffer[160];
   std::snprintf(buffer, sizeof buffer, "%6s  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", "t [s]",

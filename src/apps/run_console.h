@@ -12,11 +12,10 @@ class RunConsole {
  public:
   explicit RunConsole(bool quiet);
 
-  /// Headline. The column titles come with the first sample.
-  void Begin(const std::string& headline);
+  /// The column titles come with the first sample.
   void Show(const RunSample& sample, const ObservabilityReport& observability,
             const ServoStatus& status);
-  /// A line of its own among the table's.
+  /// A line of its own, above the table or among its lines.
   void Note(const std::string& text);
   /// How it ended.
   void End(const RunSummary& summary, const std::string& folder);

@@ -67,7 +67,7 @@ Source WriteScenario(const Arguments& arguments) {
     const bool number = arguments.markers.find_first_not_of("0123456789") == std::string::npos;
     if (number && arguments.markers.size() <= 3) {
       task.marker_count = std::stoi(arguments.markers);
-      if (task.marker_count == 0) throw ConfigError("", "markers", "must be at least 1");
+      if (task.marker_count == 0) throw ConfigError("", "--markers", "must be at least 1, is 0");
     } else {
       task.marker_file = arguments.markers;
     }
@@ -87,13 +87,12 @@ void PrintRemarks(const Scenario& scenario) {
   }
 }
 
-// The scenario with the camera where the plan puts it, as a file in the run folder for all processes.
-std::string WritePlannedScenario(const std::string& scenario_path, const Scenario& scenario,
-                                 const RunFolder& folder) {
-  const std::string path = folder.File(scenario.name + ".yaml");
+// A scenario's text as a file in the run folder: what the processes read.
+std::string WriteScenarioFile(const RunFolder& folder, const std::string& name,
+                              const std::string& text) {
+  const std::string path = folder.File(name + ".yaml");
   std::ofstream file(path);
-  file << SelfContainedScenario(scenario_path).text << "\n# By --camera-plan.\n"
-       << CameraStartText(scenario.rig, scenario.q_c_start);
+  file << text;
   file.close();
   if (!file) throw WriteError(path);
   return path;
@@ -119,20 +118,23 @@ int Run(const Arguments& arguments) {
   const RunFolder folder(arguments.out, scenario.name);
   std::string scenario_path = arguments.scenario;
   if (own_robot) {
-    // In the run folder: what the processes read, and a start for the user's own changes.
-    scenario_path = folder.File("scenario.yaml");
-    std::ofstream(scenario_path) << own->text.text;
+    // A start for the user's own changes, too.
+    scenario_path = WriteScenarioFile(folder, "scenario", own->text.text);
   }
   RunConsole console(arguments.quiet);
-  console.Begin(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +
-                (arguments.lockstep ? ", simulated time)" : ")"));
+  console.Note(scenario.name + ": " + scenario.description + " (camera " + arguments.camera +
+               (arguments.lockstep ? ", simulated time)" : ")"));
   RunOutcome outcome;
   if (arguments.lockstep) {
     outcome = RunInLockstep(scenario, folder, &console);
   } else {
     ProcessRunOptions options;
-    options.scenario =
-        planned ? WritePlannedScenario(scenario_path, scenario, folder) : scenario_path;
+    options.scenario = scenario_path;
+    if (planned) {
+      const std::string start = CameraStartText(scenario.rig, scenario.q_c_start);
+      options.scenario = WriteScenarioFile(folder, scenario.name,
+                                           SelfContainedScenario(scenario_path, start).text);
+    }
     options.fixed_camera = !scenario.active.enabled;
     options.seed = arguments.seed;
     options.image_rate = arguments.image_rate;

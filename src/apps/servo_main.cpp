@@ -73,6 +73,7 @@ struct Outbox {
   ObservabilityReport observability;
   FeatureJacobian J_v{0, 6};
   ArmJacobian J_r{6, 0};
+  bool arm_heard{false};  ///< Of an arm that has said nothing yet no joints are known to command.
 };
 
 class ServoProgram {
@@ -82,7 +83,7 @@ class ServoProgram {
         scenario_(scenario),
         servo_(scenario.task, scenario.servo, scenario.active.trigger),
         camera_task_(scenario.task, scenario.rig, scenario.q_c_start, scenario.active),
-        transport_(ChooseTransport(JoiningTransport())),
+        transport_(JoinTransport()),
         link_({transport_.url, arguments.prefix}),
         recorder_(Setup(arguments, scenario), &link_) {}
 
@@ -109,12 +110,6 @@ class ServoProgram {
   }
 
  private:
-  static TransportOptions JoiningTransport() {
-    TransportOptions options;
-    options.join_existing = true;
-    return options;
-  }
-
   static ServoSetup Setup(const Arguments& arguments, const Scenario& scenario) {
     ServoSetup setup;
     setup.start = FromMicroseconds(ToMicroseconds(Clock::now()));
@@ -157,6 +152,10 @@ class ServoProgram {
           outbox_value_.J_v = output.J_v;
           outbox_value_.J_r = output.J_r;
           outbox_value_.status = output.status;
+          // Told to stop, the servo names that as its reason, heard from the arm or not.
+          if (period_.inputs.enabled && output.status.reason != HoldReason::kNoJointState) {
+            outbox_value_.arm_heard = true;
+          }
           ReportPeriods(cycle.report, &outbox_value_.status);
           outbox_value_.status.dropped_messages =
               joints_.dropped() + pose_.dropped() + features_.dropped();
@@ -197,15 +196,14 @@ class ServoProgram {
       wake_.Wait();
       recorder_.Publish(Clock::now());
       if (!outbox_.Take(&outbox)) continue;
-      // An arm that has said nothing yet has no joints to command.
-      if (outbox.status.reason != HoldReason::kNoJointState) {
-        link_.Publish(kJointCommandChannel, outbox.command);
-      }
+      if (outbox.arm_heard) link_.Publish(kJointCommandChannel, outbox.command);
       if (outbox.status.stamp < next_report) continue;
       next_report = outbox.status.stamp + kReportPeriod;
       PublishReports(&outbox);
     }
-    if (outbox_.Take(&outbox)) link_.Publish(kJointCommandChannel, outbox.command);
+    if (outbox_.Take(&outbox) && outbox.arm_heard) {
+      link_.Publish(kJointCommandChannel, outbox.command);
+    }
     PublishReports(&outbox);
     recorder_.Publish(Clock::now(), true);
     last_status_ = outbox.status;

@@ -91,9 +91,7 @@ int Run(const Arguments& arguments) {
   Scenario scenario = LoadScenario(arguments.scenario);
   if (arguments.seed) scenario.sim.seed = *arguments.seed;
   const SignalStop stop;
-  TransportOptions transport_options;
-  transport_options.join_existing = true;
-  const Transport transport = ChooseTransport(transport_options);
+  const Transport transport = JoinTransport();
   if (!transport.explanation.empty()) std::cerr << transport.explanation << '\n';
 
   LcmLink link({transport.url, arguments.prefix});

@@ -34,9 +34,7 @@ void Print(const std::vector<TextLine>& lines) {
 
 int Watch(const Arguments& arguments) {
   const SignalStop stop;
-  TransportOptions transport_options;
-  transport_options.join_existing = true;
-  const Transport transport = ChooseTransport(transport_options);
+  const Transport transport = JoinTransport();
   WatchCollector collector(arguments.prefix);
   LcmLink link({transport.url, ""});
   link.SubscribeAll([&](std::string_view channel, const void* data, std::size_t size) {

@@ -103,7 +103,8 @@ Refusal WatchCollector::Decode(std::string_view channel, const void* data, std::
   } else if (channel == kJointStateChannel) {
     Take(data, size, &state_.joints, &refusal);
   } else if (channel == kJointCommandChannel) {
-    Take(data, size, &state_.command, &refusal);
+    std::optional<JointCommand> command;
+    Take(data, size, &command, &refusal);
   } else if (channel == kSimTruthChannel) {
     Take(data, size, &state_.truth, &refusal);
   } else if (channel == kServoSetupChannel) {
@@ -131,15 +132,14 @@ void WatchCollector::OnMessage(std::string_view channel, const void* data, std::
   if (traffic.messages == 0) traffic.type = ShortType(data, size);
   ++traffic.messages;
   traffic.last = now;
-  windows_[name].arrivals.emplace_back(now, size);
+  arrivals_[name].emplace_back(now, size);
   if (name.compare(0, prefix_.size(), prefix_) != 0) return;
   if (Decode(channel.substr(prefix_.size()), data, size) != Refusal::kNone) ++traffic.refused;
 }
 
 void WatchCollector::Tick(Time now) {
   const std::lock_guard lock(mutex_);
-  for (auto& [name, window] : windows_) {
-    auto& arrivals = window.arrivals;
+  for (auto& [name, arrivals] : arrivals_) {
     while (!arrivals.empty() && arrivals.front().first < now - kWindow) arrivals.pop_front();
     std::size_t bytes = 0;
     for (const auto& arrival : arrivals) bytes += arrival.second;
@@ -159,7 +159,6 @@ void WatchCollector::Tick(Time now) {
   push(&history.w_v, measured, report ? report->w_v : 0.0);
   push(&history.w_r, measured, report ? report->w_r : 0.0);
   push(&history.w_c, measured, report ? report->w_c : 0.0);
-  push(&history.sigma_min, measured, report ? report->composite.sigma_min : 0.0);
   push(&history.trigger_value, measured, report ? report->trigger_value : 0.0);
   push(&history.mm_per_px, measured, report ? report->mm_per_px : 0.0);
 }

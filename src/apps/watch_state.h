@@ -33,7 +33,7 @@ struct WatchEvent {
 /// Values of the last minute, ten a second, oldest first; NaN where there was none.
 struct WatchHistory {
   static constexpr std::size_t kLength = 600;
-  std::deque<double> error_px, w_v, w_r, w_c, sigma_min, trigger_value, mm_per_px;
+  std::deque<double> error_px, w_v, w_r, w_c, trigger_value, mm_per_px;
 };
 
 /// All that vantage-watch shows.
@@ -41,7 +41,6 @@ struct WatchState {
   std::optional<ServoStatus> status;
   std::optional<ObservabilityReport> observability;
   std::optional<JointState> joints;
-  std::optional<JointCommand> command;
   std::optional<GroundTruth> truth;
   std::optional<ServoSetup> setup;
   std::optional<Scenario> scenario;  ///< Of the setup; absent when it does not load here.
@@ -65,10 +64,6 @@ class WatchCollector {
   [[nodiscard]] WatchState Get() const;
 
  private:
-  struct Window {
-    std::deque<std::pair<Time, std::size_t>> arrivals;  // of the last seconds: when, bytes
-  };
-
   template <typename Value>
   bool Take(const void* data, std::size_t size, std::optional<Value>* into, Refusal* refusal);
   Refusal Decode(std::string_view channel, const void* data, std::size_t size);
@@ -81,7 +76,8 @@ class WatchCollector {
   const std::string prefix_;
   mutable std::mutex mutex_;
   WatchState state_;
-  std::map<std::string, Window> windows_;
+  // By channel, of the last seconds: when, bytes.
+  std::map<std::string, std::deque<std::pair<Time, std::size_t>>> arrivals_;
   std::int64_t last_seq_{0};
   Time last_start_{};
 };

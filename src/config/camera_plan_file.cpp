@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "vantage/config/section.h"
-
 namespace vantage {
 namespace {
 

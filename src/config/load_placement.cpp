@@ -78,11 +78,10 @@ Cell OwnCell(const Section& root) {
   if (cell.pixels) {
     cell.view.camera = LoadCamera(section);
   } else {
-    CameraModel& camera = cell.view.camera;
-    camera.fx = camera.fy =
+    const double focal =
         section.Number("focal", {1e-6, 1e6, ""}, kRequired, "Metric units: the focal length f.");
-    camera.u0 = camera.v0 = 0.0;
-    cell.lens.fx = cell.lens.fy = camera.fx;
+    cell.view.camera = InUnits(CameraModel(), ImageUnits::kMetric, focal);
+    cell.lens.fx = cell.lens.fy = focal;
     const Eigen::VectorXd half =
         section.FormOf("half_view") == Section::Form::kAbsent
             ? Eigen::VectorXd::Constant(2, 1e6)
@@ -430,18 +429,15 @@ PlacementSetup LoadPlacement(const std::string& name_or_path, SchemaRecorder* re
       IsBuiltIn(ConfigKind::kScenario, name_or_path)) {
     return OfScenario(LoadScenario(name_or_path));
   }
-  const ConfigText text = FindProblem(name_or_path);
-  const std::string name = std::filesystem::path(name_or_path).stem().string();
-  // A scenario's file: it has a goal, which no problem has.
-  if (ParseConfig(text).FormOf("goal") != Section::Form::kAbsent) {
-    return OfScenario(ReadScenario(text, name));
-  }
-  return ReadPlacement(text, name, recorder);
+  return ReadPlacement(FindProblem(name_or_path),
+                       std::filesystem::path(name_or_path).stem().string(), recorder);
 }
 
 PlacementSetup ReadPlacement(const ConfigText& text, const std::string& name,
                              SchemaRecorder* recorder) {
   const Section root = ParseConfig(text, recorder);
+  // A scenario's file: it has a goal, which no problem has.
+  if (root.FormOf("goal") != Section::Form::kAbsent) return OfScenario(ReadScenario(text, name));
   PlacementSetup setup = root.FormOf("sweep") == Section::Form::kAbsent
                              ? LoadOne(root, name, text.source)
                              : LoadSweep(root, name, text.source);

@@ -39,7 +39,9 @@ double NumberOr(const Json& object, const char* name, double other, const std::s
 int Integer(const Json& value, const std::string& key) {
   if (!value.is_number_integer()) Fail(key, "must be a whole number, is " + value.dump());
   const auto number = value.get<long long>();
-  if (number < -1000000 || number > 1000000) Fail(key, "is out of range: " + value.dump());
+  if (number < -1000000 || number > 1000000) {
+    Fail(key, "must be in [-1000000, 1000000], is " + value.dump());
+  }
   return static_cast<int>(number);
 }
 
@@ -65,7 +67,7 @@ std::vector<int> Integers(const Json& list, const std::string& key) {
 
 Eigen::Vector3d Vector3(const Json& list, const std::string& key) {
   const Eigen::VectorXd values = ParseJsonVector(list, key);
-  if (values.size() != 3) Fail(key, "must hold 3 numbers");
+  if (values.size() != 3) Fail(key, "must hold 3 numbers, holds " + std::to_string(values.size()));
   return values;
 }
 
@@ -114,7 +116,8 @@ CameraModel Intrinsics(const Json& intrinsics, const std::string& key) {
   CameraModel camera;
   camera.fx = Number(Member(intrinsics, "fx", key), key + ".fx");
   camera.fy = Number(Member(intrinsics, "fy", key), key + ".fy");
-  if (!(camera.fx > 0.0) || !(camera.fy > 0.0)) Fail(key, "focal lengths must be > 0");
+  if (!(camera.fx > 0.0)) Fail(key + ".fx", "must be > 0, is " + intrinsics.at("fx").dump());
+  if (!(camera.fy > 0.0)) Fail(key + ".fy", "must be > 0, is " + intrinsics.at("fy").dump());
   camera.skew = NumberOr(intrinsics, "skew", 0.0, key);
   camera.u0 = NumberOr(intrinsics, "u0", 0.0, key);
   camera.v0 = NumberOr(intrinsics, "v0", 0.0, key);
@@ -284,7 +287,9 @@ OracleCase ParseOracleCase(const nlohmann::json& entry) {
   RequireCount(entry, "k", static_cast<int>(features.size()));
   RequireCount(entry, "n", arm.size());
   const int task_dimension = entry.contains("m") ? Integer(entry.at("m"), "m") : 6;
-  if (task_dimension < 1 || task_dimension > 6) Fail("m", "must be 1 to 6");
+  if (task_dimension < 1 || task_dimension > 6) {
+    Fail("m", "must be in [1, 6], is " + std::to_string(task_dimension));
+  }
   const auto num_points = static_cast<int>(points.size());
   return {std::move(id),
           entry.contains("description") ? Text(entry.at("description"), "description") : "",
@@ -306,7 +311,7 @@ OracleCase LoadOracleCase(const std::string& path, const std::string& id) {
       ids += (ids.empty() ? "" : " ") + name;
     }
   } catch (const ConfigError& error) {
-    throw ConfigError(path, error.key(), error.what());
+    throw ConfigError(path, "", error.what());  // Which names the key.
   }
   throw ConfigError(path, id, "is not a case of this file; there are: " + ids);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iomanip>
+#include <limits>
 #include <optional>
 #include <random>
 #include <sstream>
@@ -13,7 +14,6 @@
 #include "vantage/math/error.h"
 #include "vantage/observability/measures.h"
 #include "vantage/robot/kinematics.h"
-#include "vantage/robot/urdf.h"
 
 namespace vantage {
 namespace {
@@ -263,13 +263,7 @@ std::vector<Marker> ReadMarkers(const std::string& path) {
 }
 
 ViewModel MakeView(const ArmModel& arm, const std::vector<Marker>& markers) {
-  std::vector<Feature> features;
-  const int count = static_cast<int>(markers.size());
-  for (int i = 0; i < count; ++i) {
-    features.push_back({FeatureKind::kPointX, {i}});
-    features.push_back({FeatureKind::kPointY, {i}});
-  }
-  return {arm, CameraModel(), FeatureSet(features, count), markers};
+  return {arm, CameraModel(), FeatureSet::AllPoints(static_cast<int>(markers.size())), markers};
 }
 
 // --- start, goal and camera ------------------------------------------------------------------------
@@ -420,10 +414,6 @@ std::string List(const Vector& v) {
   return text.str() + "]";
 }
 
-bool IsUrdf(const std::string& robot) {
-  return std::filesystem::path(robot).extension() == ".urdf";
-}
-
 std::string RobotEntry(const RobotTask& task) {
   std::error_code error;
   const bool is_file = std::filesystem::is_regular_file(task.robot, error);
@@ -529,7 +519,7 @@ std::string WriteScenarioFor(const RobotTask& task, RobotRemarks* remarks) {
                       "must be 1 to " + std::to_string(kMaxPoints) + ", are " +
                           std::to_string(task.marker_count));
   }
-  if (!IsUrdf(task.robot) && !(task.base_link.empty() && task.tip_link.empty())) {
+  if (!IsUrdfPath(task.robot) && !(task.base_link.empty() && task.tip_link.empty())) {
     throw ConfigError("", "robot", "'" + task.robot + "' is no URDF file: it has no links to name");
   }
   // The same text that the scenario will hold is what the arm is read from.

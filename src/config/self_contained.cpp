@@ -41,7 +41,7 @@ YAML::Node RobotMapping(const YAML::Node& robot, const std::string& folder) {
 
 }  // namespace
 
-ConfigText SelfContainedScenario(const std::string& name_or_path) {
+ConfigText SelfContainedScenario(const std::string& name_or_path, const std::string& camera_start) {
   const ConfigText text = FindConfigText(ConfigKind::kScenario, name_or_path);
   YAML::Node root = Parse(text);
   if (!root.IsMap() || !root["robot"]) throw ConfigError(text.source, "robot", "is missing");
@@ -49,7 +49,8 @@ ConfigText SelfContainedScenario(const std::string& name_or_path) {
   if (root["camera"] && root["camera"].IsMap()) {
     MakeAbsolute(root["camera"], "calibration", text.folder);
   }
-  return {text.source, "", YAML::Dump(root) + "\n"};
+  if (!camera_start.empty()) root.remove("camera_start");
+  return {text.source, "", YAML::Dump(root) + "\n" + camera_start};
 }
 
 }  // namespace vantage

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 // PCRE2's own names; its header wants a macro before it and stays in channel_pattern.cpp.
 struct pcre2_real_code_8;

@@ -62,7 +62,8 @@ bool EventLogReader::Next(LoggedEvent* event) {
 }
 
 struct EventLogWriter::Impl {
-  explicit Impl(const std::string& path) : file(path, "w") {}
+  explicit Impl(const std::string& log_path) : path(log_path), file(path, "w") {}
+  std::string path;
   lcm::LogFile file;
 };
 
@@ -78,7 +79,7 @@ void EventLogWriter::Write(const LoggedEvent& event) {
   out.channel = event.channel;
   out.datalen = static_cast<std::int32_t>(event.data.size());
   out.data = const_cast<std::uint8_t*>(event.data.data());  // Only read; LCM's struct has no const.
-  if (impl_->file.writeEvent(&out) != 0) throw Error("cannot write the event log (disk full?)");
+  if (impl_->file.writeEvent(&out) != 0) throw WriteError(impl_->path);
 }
 
 }  // namespace vantage

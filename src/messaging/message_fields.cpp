@@ -4,20 +4,13 @@
 
 #include <vantage_lcm/layouts.h>
 
+#include "big_endian.h"
 #include "vantage/math/error.h"
 #include "vantage/messaging/codec.h"
 #include "vantage/messaging/message_guard.h"
 
 namespace vantage {
 namespace {
-
-constexpr std::size_t kFingerprintSize = 8;
-
-std::uint64_t ReadBigEndian(const std::uint8_t* data, std::size_t bytes) noexcept {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < bytes; ++i) value = value << 8 | data[i];
-  return value;
-}
 
 /// Walks bytes that CheckBytes() has passed.
 class Walker {
@@ -92,14 +85,14 @@ class Walker {
         return;
       }
       case FieldKind::kDouble: {
-        const std::uint64_t bits = Read(8);
+        const std::int64_t bits = Read(8);
         double value = 0.0;
         std::memcpy(&value, &bits, sizeof value);
         fields->push_back({name, value});
         return;
       }
       case FieldKind::kFloat: {
-        const auto bits = static_cast<std::uint32_t>(Read(4));
+        const auto bits = static_cast<std::int32_t>(Read(4));
         float value = 0.0F;
         std::memcpy(&value, &bits, sizeof value);
         fields->push_back({name, double{value}});
@@ -107,23 +100,19 @@ class Walker {
       }
       case FieldKind::kByte:
       case FieldKind::kBoolean:
-        fields->push_back({name, static_cast<std::int64_t>(Read(1))});
+        fields->push_back({name, Read(1) & 0xff});  // Not signed.
         return;
       case FieldKind::kInt8:
       case FieldKind::kInt16:
       case FieldKind::kInt32:
-      case FieldKind::kInt64: {
-        const std::size_t bytes = WireSize(field.kind);
-        const std::size_t unused = 64 - 8 * bytes;
-        // Up to the top and down again: that copies the sign.
-        fields->push_back({name, static_cast<std::int64_t>(Read(bytes) << unused) >> unused});
+      case FieldKind::kInt64:
+        fields->push_back({name, Read(WireSize(field.kind))});
         return;
-      }
     }
   }
 
-  std::uint64_t Read(std::size_t bytes) noexcept {
-    const std::uint64_t value = ReadBigEndian(next_, bytes);
+  std::int64_t Read(std::size_t bytes) noexcept {
+    const std::int64_t value = ReadInteger(next_, bytes);
     next_ += bytes;
     return value;
   }
@@ -135,8 +124,8 @@ class Walker {
 
 const MessageLayout* FindLayout(const void* data, std::size_t size) noexcept {
   if (size < kFingerprintSize) return nullptr;
-  const std::uint64_t fingerprint =
-      ReadBigEndian(static_cast<const std::uint8_t*>(data), kFingerprintSize);
+  const auto fingerprint = static_cast<std::uint64_t>(
+      ReadInteger(static_cast<const std::uint8_t*>(data), kFingerprintSize));
   for (const MessageLayout* layout : layouts::kAll) {
     if (Fingerprint(*layout) == fingerprint) return layout;
   }

@@ -4,10 +4,11 @@
 #include <array>
 #include <cstring>
 
+#include "big_endian.h"
+
 namespace vantage {
 namespace {
 
-constexpr std::size_t kFingerprintSize = 8;
 // Dimensions up to this size pass even when no bytes are left for them: in an array [a][b] with b = 0
 // the a rows take no bytes, but the decoder allocates them.
 constexpr std::size_t kSmallDimension = 64;
@@ -21,13 +22,6 @@ struct Cursor {
     left -= bytes;
   }
 };
-
-// Big-endian two's complement of `bytes` bytes.
-std::int64_t ReadInteger(const std::uint8_t* data, std::size_t bytes) noexcept {
-  std::uint64_t value = (data[0] & 0x80U) != 0 ? ~std::uint64_t{0} : 0;
-  for (std::size_t i = 0; i < bytes; ++i) value = value << 8 | data[i];
-  return static_cast<std::int64_t>(value);
-}
 
 bool IsInteger(FieldKind kind) noexcept {
   return kind == FieldKind::kInt8 || kind == FieldKind::kInt16 || kind == FieldKind::kInt32 ||

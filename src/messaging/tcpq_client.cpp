@@ -1,5 +1,6 @@
 #include "tcpq_client.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>

@@ -79,14 +79,11 @@ bool Heard(int port, Duration time) {
 
 // Waits for a datagram with this content. Others may be about: anybody can send to the group.
 bool Returns(int fd, std::uint64_t token, Time deadline) {
-  for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    if (left <= 0) return false;
-    pollfd ready{fd, POLLIN, 0};
-    if (poll(&ready, 1, static_cast<int>(left)) <= 0) continue;
+  while (Clock::now() < deadline && WaitReady(fd, POLLIN, deadline)) {
     std::uint64_t got = 0;
     if (recv(fd, &got, sizeof(got), MSG_DONTWAIT) == sizeof(got) && got == token) return true;
   }
+  return false;
 }
 
 }  // namespace
@@ -165,6 +162,12 @@ Transport ChooseTransport(const TransportOptions& options) {
   transport.url = transport.hub->url();
   transport.explanation += "     Using a TCP hub of our own at " + transport.url + " instead.";
   return transport;
+}
+
+Transport JoinTransport() {
+  TransportOptions options;
+  options.join_existing = true;
+  return ChooseTransport(options);
 }
 
 }  // namespace vantage

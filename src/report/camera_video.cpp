@@ -82,12 +82,6 @@ class Overlay {
             static_cast<int>(std::lround(16 * ((seen.y() + 0.5) * scale_ - 0.5)))};
   }
 
-  [[nodiscard]] bool IsGoal(int id) const {
-    if (!log_.scenario) return false;
-    const std::vector<int>& ids = log_.scenario->task.goal.marker_ids;
-    return std::find(ids.begin(), ids.end(), id) != ids.end();
-  }
-
   void Trails(int newest, cv::Mat* frame) const {
     const Time now = log_.features[static_cast<std::size_t>(newest)].exposure;
     for (int i = newest; i > 0; --i) {
@@ -98,7 +92,8 @@ class Overlay {
       for (int k = 0; k < later.count; ++k) {
         const MarkerMeasurement& marker = later.markers[k];
         const MarkerMeasurement* before = earlier.Find(marker.id);
-        if (!marker.valid || before == nullptr || !before->valid || IsGoal(marker.id)) continue;
+        if (!marker.valid || before == nullptr || !before->valid || log_.IsGoalMarker(marker.id))
+          continue;
         const double strength = 1.0 - age / kTrail;
         cv::line(*frame, Place(before->pixel), Place(marker.pixel),
                  cv::Scalar(60 + 120 * strength, 160 + 60 * strength, 60), 1, cv::LINE_AA, 4);
@@ -112,7 +107,8 @@ class Overlay {
       if (marker.valid) last_seen_[marker.id] = marker.pixel;
       const auto last = last_seen_.find(marker.id);
       if (last == last_seen_.end()) continue;
-      const cv::Scalar colour = !marker.valid ? kLost : (IsGoal(marker.id) ? kGoal : kSeen);
+      const cv::Scalar colour =
+          !marker.valid ? kLost : (log_.IsGoalMarker(marker.id) ? kGoal : kSeen);
       const cv::Point place = Place(last->second);
       cv::circle(*frame, place, 16 * 9, colour, 2, cv::LINE_AA, 4);
       cv::putText(*frame, std::to_string(marker.id), {place.x / 16 + 11, place.y / 16 - 7},

@@ -7,7 +7,7 @@
 namespace vantage {
 
 /// Writes the log's CAMERA_IMAGE messages as a video (MP4, H.264 where the system's OpenCV can, so that
-/// browsers play it): over each image the features measured nearest to its exposure, their paths of the last
+/// browsers play it): over each image the newest features that were not exposed after it, their paths of the last
 /// seconds, and what the servo says.
 ///
 /// @param log  What ReadRunLog() gave for the same file.

@@ -121,7 +121,9 @@ std::vector<std::string> ExportCsv(const std::string& log_path, const std::strin
   ForEachLine(log_path, [&](const std::string& name, std::int64_t, const Fields& fields) {
     tables[name].AddColumns(fields);
   });
-  std::filesystem::create_directories(folder);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw WriteError(folder);
   std::vector<std::string> paths;
   for (auto& [name, table] : tables) {
     table.Begin(folder + "/" + name + ".csv");

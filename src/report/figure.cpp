@@ -94,24 +94,6 @@ bool IsPoint(const FigureRow& row) {
          std::all_of(row.begin(), row.end(), [](double value) { return std::isfinite(value); });
 }
 
-std::string Plain(const std::string& text) {
-  std::string plain;
-  for (const char c : text) {
-    if (c == '\n' || c == '\r') {
-      plain += ' ';
-      continue;
-    }
-    // One backslash for the string's own syntax, one for the enhanced text.
-    if (c == '_' || c == '^' || c == '{' || c == '}' || c == '@' || c == '&' || c == '~') {
-      plain += "\\\\";
-    } else if (c == '"' || c == '\\') {
-      plain += '\\';
-    }
-    plain += c;
-  }
-  return plain;
-}
-
 std::vector<FigureRow> Thinned(const std::vector<FigureRow>& rows, std::size_t buckets) {
   if (rows.size() <= 2 * buckets) return rows;
   std::vector<FigureRow> thin;

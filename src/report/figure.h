@@ -33,7 +33,7 @@ class Figure {
   /// Adds data and gives the name to plot it by. Numbers that are not finite become gaps.
   [[nodiscard]] std::string Data(const std::vector<FigureRow>& rows);
 
-  /// Appends a command. Text that is not the program's own goes through Plain(). In the place of a plot
+  /// Appends a command. Text that is not the program's own goes through GnuplotLiteral() and GnuplotString(). In the place of a plot
   /// whose data hold no point, which gnuplot refuses to draw, stands a line that says so.
   Figure& operator<<(const std::string& command);
 
@@ -45,8 +45,6 @@ class Figure {
   /// Throws Error as RunGnuplot() does.
   void Draw(const std::string& folder) const;
 
-  [[nodiscard]] const std::string& name() const { return name_; }
-
  private:
   std::string name_;
   int width_, height_;
@@ -55,9 +53,6 @@ class Figure {
   int blocks_{0};
   int bands_{0};
 };
-
-/// The text as gnuplot shows it letter by letter, for use between double quotes.
-[[nodiscard]] std::string Plain(const std::string& text);
 
 /// Whether a row holds numbers, all finite.
 [[nodiscard]] bool IsPoint(const FigureRow& row);

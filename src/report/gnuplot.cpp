@@ -1,5 +1,6 @@
 #include "vantage/report/gnuplot.h"
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -10,12 +11,31 @@
 
 namespace vantage {
 
+std::string GnuplotString(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    // Between double quotes gnuplot hands what stands between backquotes to a shell.
+    if (c == '"' || c == '\\' || c == '`' || c == '$') quoted += '\\';
+    quoted += c == '\n' ? std::string("\\n") : std::string(1, c);
+  }
+  return quoted + "\"";
+}
+
+std::string GnuplotLiteral(const std::string& text) {
+  std::string literal;
+  for (const char c : text) {
+    if (std::strchr("_^{}@&~\\", c) != nullptr) literal += '\\';
+    literal += c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return literal;
+}
+
 void RunGnuplot(const std::string& script_path) {
   const std::filesystem::path script = std::filesystem::absolute(script_path);
   const std::filesystem::path log = script.string() + ".log";
   ChildOptions options;
   // gnuplot resolves names against its own working directory; the script's folder is what is meant.
-  options.arguments = {"gnuplot", "-e", "cd '" + script.parent_path().string() + "'",
+  options.arguments = {"gnuplot", "-e", "cd " + GnuplotString(script.parent_path().string()),
                        script.string()};
   options.output = log.string();
   std::optional<ChildProcess> child;

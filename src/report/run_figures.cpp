@@ -8,6 +8,7 @@
 
 #include "figure.h"
 #include "measure_label.h"
+#include "vantage/report/gnuplot.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -227,12 +228,6 @@ std::vector<FigureRow> GoalInImage(const RunLog& log) {
   return rows;
 }
 
-bool IsGoalMarker(const RunLog& log, int id) {
-  if (!log.scenario) return false;
-  const std::vector<int>& ids = log.scenario->task.goal.marker_ids;
-  return std::find(ids.begin(), ids.end(), id) != ids.end();
-}
-
 DrawnFigure DrawFeatures(const RunLog& log, const std::string& folder) {
   const CameraModel camera = log.scenario ? log.scenario->task.view.camera : CameraModel();
   const int height = 130 + 900 * camera.height / camera.width;
@@ -243,7 +238,7 @@ DrawnFigure DrawFeatures(const RunLog& log, const std::string& folder) {
   int colour = 0;
   for (const auto& [id, path] : ImagePaths(log)) {
     if (!path.first) continue;
-    const bool goal = IsGoalMarker(log, id);
+    const bool goal = log.IsGoalMarker(id);
     const std::string line = goal ? "#9ca3af" : Palette::Line(colour++);
     add(figure.Data(path.rows) + " using 1:2 with lines lw " + (goal ? "1.2" : "1.8") +
         " lc rgb '" + line + "' title '" + (goal ? "goal marker " : "marker ") +
@@ -298,7 +293,7 @@ void PlotPanel(const JointPanel& panel, const std::string& label, Figure* figure
               Palette::kLimit + "' " + (limit == panel.lower ? "title 'limit'" : "notitle");
     }
   }
-  *figure << "set ylabel \"" + label + "\"" << plot << "set yrange [*:*]";
+  *figure << "set ylabel " + GnuplotString(label) << plot << "set yrange [*:*]";
 }
 
 DrawnFigure DrawJoints(const RunLog& log, const std::string& folder) {
@@ -335,7 +330,7 @@ DrawnFigure DrawJoints(const RunLog& log, const std::string& folder) {
       velocity.upper = unit * limit.velocity;
     }
     if (i == n - 1) figure << "set xlabel 'time [s]'";
-    PlotPanel(position, Plain(name) + (turns ? " [deg]" : " [mm]"), &figure);
+    PlotPanel(position, GnuplotLiteral(name) + (turns ? " [deg]" : " [mm]"), &figure);
     figure << "set key top right horizontal";
     if (i > 0) figure << "unset key";
     PlotPanel(velocity, turns ? "[deg/s]" : "[mm/s]", &figure);
@@ -461,7 +456,7 @@ DrawnFigure DrawCameraPath(const RunLog& log, const std::string& folder) {
 }
 
 // Counts of durations in equal steps of their logarithm: (microseconds, count).
-std::vector<FigureRow> LogHistogram(std::vector<double> us) {
+std::vector<FigureRow> LogHistogram(const std::vector<double>& us) {
   constexpr int kPerDecade = 20;
   std::map<int, int> counts;
   for (const double value : us) {

@@ -23,6 +23,13 @@ Reader Into(std::vector<Value>* values) {
   };
 }
 
+// Whether it is a message of the type; nothing of it is kept.
+template <typename Value>
+Refusal Check(const Bytes& bytes) {
+  Value value;
+  return Decode(bytes.data(), bytes.size(), &value);
+}
+
 Refusal ReadSetup(const Bytes& bytes, RunLog* log) {
   ServoSetup setup;
   const Refusal refusal = Decode(bytes.data(), bytes.size(), &setup);
@@ -38,7 +45,7 @@ Refusal ReadRecord(const Bytes& bytes, RunLog* log) {
   const Refusal refusal = Decode(bytes.data(), bytes.size(), &record);
   if (refusal != Refusal::kNone) return refusal;
   for (const PeriodRecord& period : record.periods) {
-    log->periods.push_back({period.inputs.now, period.lateness, period.execution});
+    log->periods.push_back({period.lateness, period.execution});
   }
   return refusal;
 }
@@ -48,7 +55,7 @@ std::map<std::string, Reader> Readers(const std::string& prefix, RunLog* log) {
       {prefix + kJointStateChannel, Into(&log->joint_states)},
       {prefix + kJointCommandChannel, Into(&log->joint_commands)},
       {prefix + kCameraPoseChannel, Into(&log->camera_poses)},
-      {prefix + kCameraPoseCommandChannel, Into(&log->camera_commands)},
+      {prefix + kCameraPoseCommandChannel, Check<CameraPose>},
       {prefix + kImageFeaturesChannel, Into(&log->features)},
       {prefix + kObservabilityChannel, Into(&log->observability)},
       {prefix + kServoStatusChannel, Into(&log->statuses)},
@@ -57,8 +64,7 @@ std::map<std::string, Reader> Readers(const std::string& prefix, RunLog* log) {
       {prefix + kServoInputsChannel, [log](const Bytes& bytes) { return ReadRecord(bytes, log); }},
       {prefix + kCameraImageChannel,
        [log](const Bytes& bytes) {
-         CameraImage image;
-         const Refusal refusal = Decode(bytes.data(), bytes.size(), &image);
+         const Refusal refusal = Check<CameraImage>(bytes);
          if (refusal == Refusal::kNone) ++log->images;
          return refusal;
        }},
@@ -110,6 +116,12 @@ void SetTimeAxis(RunLog* log) {
 double ChannelTraffic::rate() const {
   const double time = 1e-6 * static_cast<double>(last_utime - first_utime);
   return messages > 1 && time > 0.0 ? static_cast<double>(messages - 1) / time : 0.0;
+}
+
+bool RunLog::IsGoalMarker(int id) const {
+  if (!scenario) return false;
+  const std::vector<int>& ids = scenario->task.goal.marker_ids;
+  return std::find(ids.begin(), ids.end(), id) != ids.end();
 }
 
 RunLog ReadRunLog(const std::string& path, const std::string& prefix, const std::string& scenario) {

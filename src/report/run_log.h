@@ -28,8 +28,7 @@ struct ChannelTraffic {
 
 /// Execution of one control period.
 struct PeriodTiming {
-  Time now{};
-  Duration lateness{0};
+  Duration lateness{0};   ///< Of its begin, after the deadline.
   Duration execution{0};  ///< Of the period before.
 };
 
@@ -42,7 +41,7 @@ struct RunLog {
 
   std::vector<JointState> joint_states;
   std::vector<JointCommand> joint_commands;
-  std::vector<CameraPose> camera_poses, camera_commands;
+  std::vector<CameraPose> camera_poses;
   std::vector<ImageFeatures> features;
   std::vector<ObservabilityReport> observability;
   std::vector<ServoStatus> statuses;
@@ -56,6 +55,9 @@ struct RunLog {
   Time end{};  ///< Last stamp.
   /// Seconds on the report's time axis [s].
   [[nodiscard]] double At(Time time) const { return ToSeconds(time - t0); }
+
+  /// Whether the marker `id` is one in the scene that shows the goal; false without a scenario.
+  [[nodiscard]] bool IsGoalMarker(int id) const;
 };
 
 /// Reads a log. Messages that are refused are counted and left out.

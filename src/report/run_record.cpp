@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <iomanip>
 
@@ -143,6 +144,8 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   if (!Drawable(samples, [](const RunSample& s) { return s.error_px; })) {
     throw Error("nothing was measured that could be drawn");
   }
+  char duration[40];
+  std::snprintf(duration, sizeof duration, "%.1f s", summary.duration);
   const std::string path = folder + "/run.gp";
   std::ofstream script = Open(path);
   script << "set encoding utf8\n"
@@ -151,11 +154,10 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
             "set datafile separator ','\n"
             "set grid linecolor rgb '#e4e4e4'\n"
             "set key top right\n"
-            "set multiplot layout 4,1 title \""
-         << summary.scenario << ", camera " << summary.camera << ": " << summary.end
-         << (samples.empty() ? "" : " after ") << std::fixed << std::setprecision(1)
-         << summary.duration << " s\"\n"
-         << std::defaultfloat << std::setprecision(6);
+            "set multiplot layout 4,1 title "
+         << GnuplotString(GnuplotLiteral(summary.scenario + ", camera " + summary.camera + ": " +
+                                         summary.end + " after " + duration))
+         << "\n";
   WriteBands(samples, &script);
   const bool truth =
       Drawable(samples, [](const RunSample& s) { return s.true_error_mm.value_or(0.0); });
@@ -163,7 +165,7 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
     return std::max({s.w_v, s.w_r, s.w_c});
   });
   const bool bounded = Drawable(samples, [](const RunSample& s) { return s.mm_per_px; });
-  const double threshold = samples.empty() ? 0.0 : samples.back().threshold;
+  const double threshold = samples.back().threshold;
   double ceiling = threshold;
   for (const RunSample& sample : samples) ceiling = std::max(ceiling, sample.trigger_value);
   ceiling = ceiling > 0.0 ? 1.1 * ceiling : 1.0;

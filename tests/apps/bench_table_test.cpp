@@ -1,10 +1,12 @@
 #include "bench_table.h"
 
-#include <cstdio>
 #include <fstream>
 #include <sstream>
 
 #include <gtest/gtest.h>
+
+#include "sim/suite/quantile.h"
+#include "temporary_folder.h"
 
 namespace vantage {
 namespace {
@@ -21,10 +23,10 @@ TEST(BenchTable, WilsonInterval) {
 }
 
 TEST(BenchTable, Quantile) {
-  EXPECT_DOUBLE_EQ(Quantile({}, 0.5), 0.0);
-  EXPECT_DOUBLE_EQ(Quantile({3.0}, 0.95), 3.0);
-  EXPECT_DOUBLE_EQ(Quantile({4.0, 1.0, 3.0, 2.0}, 0.5), 2.5);
-  EXPECT_DOUBLE_EQ(Quantile({4.0, 1.0, 3.0, 2.0}, 1.0), 4.0);
+  EXPECT_DOUBLE_EQ(sim::Quantile({}, 0.5), 0.0);
+  EXPECT_DOUBLE_EQ(sim::Quantile({3.0}, 0.95), 3.0);
+  EXPECT_DOUBLE_EQ(sim::Quantile({4.0, 1.0, 3.0, 2.0}, 0.5), 2.5);
+  EXPECT_DOUBLE_EQ(sim::Quantile({4.0, 1.0, 3.0, 2.0}, 1.0), 4.0);
 }
 
 BenchRow Row() {
@@ -50,7 +52,8 @@ TEST(BenchTable, SaysWhatHappened) {
 }
 
 TEST(BenchTable, JsonNamesEveryFailureBySeed) {
-  const std::string path = ::testing::TempDir() + "bench_table_test.json";
+  const test::TemporaryFolder folder;
+  const std::string path = (folder.path() / "bench.json").string();
   WriteBenchJson({Row()}, "S1", true, path);
   std::ifstream file(path);
   std::stringstream text;
@@ -58,7 +61,6 @@ TEST(BenchTable, JsonNamesEveryFailureBySeed) {
   EXPECT_NE(text.str().find("\"success\": 0.5"), std::string::npos) << text.str();
   EXPECT_NE(text.str().find("\"seed\": 6"), std::string::npos) << text.str();
   EXPECT_NE(text.str().find("\"limit_violations\": 2"), std::string::npos) << text.str();
-  std::remove(path.c_str());
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "map_plot.h"
 #include "map_recipe.h"
 #include "map_sweep.h"
+#include "measure_print.h"
 #include "oracle_arm.h"
 #include "program.h"
 #include "temporary_folder.h"
@@ -335,6 +336,28 @@ TEST_F(RecipeFile, ASingleJointIsSetAfterAPath) {
             Evaluate(recipe.setup, q, recipe.setup.q_c).composite.measure.w);
 }
 
+// What an axis is follows from the rig, not from its name.
+TEST_F(RecipeFile, ASlidingJointOfAnArmThatCarriesTheCameraIsALength) {
+  const MapRecipe recipe = FindMapRecipe(folder_.Write(
+      "carried.yaml",
+      "robot: puma3\njoints_deg: [0, 40, -60]\nfeatures: all_points\n"
+      "points: [{position: [0, 0, 0]}, {position: [-0.1, 0.05, 0]}]\n"
+      "camera_rig:\n  kind: arm\n"
+      "  pose: {position: [2, 0, 1.5], look_at: [0.5, 0, 0.7]}\n"
+      "  joints: [{name: lift, prismatic: true, axis: [0, 0, 1]}, {name: s, axis: [0, 0, 1], "
+      "point: [2, 0, 0]}]\n"
+      "  axes:\n"
+      "    lift: {lower: -1, upper: 1, start: 0, max_speed: 1, max_acceleration: 1}\n"
+      "    s: {lower_deg: -90, upper_deg: 90, start_deg: 10, max_speed_deg_s: 9, "
+      "max_acceleration_deg_s2: 9}\n"
+      "sweep: {x: {axis: lift, from: -0.2, to: 0.2}, y: {axis: s, from_deg: -10, to_deg: 10}}\n"));
+  EXPECT_EQ(recipe.axes[0].unit, "m");
+  EXPECT_EQ(recipe.axes[1].unit, "rad");
+  EXPECT_EQ(recipe.axes[0].to, 0.2);
+  const std::string table = ToTable(recipe.setup, Report(recipe.setup));
+  EXPECT_NE(table.find("lift 0 m, s 10 deg"), std::string::npos) << table;
+}
+
 TEST_F(RecipeFile, SweepHasExactEndsAndRunsXFastest) {
   const MapRecipe recipe = Load(
       "sweep: {x: {axis: R, from: 1.1, to: 2.3, samples: 4}, y: {axis: waist, from_deg: -30, "
@@ -411,7 +434,8 @@ TEST_F(RecipeFile, ErrorsNameTheKey) {
             std::string::npos);
   EXPECT_NE(ErrorOf("sweep: {x: {axis: elbow, from: 0, to: 1}" + y).find("from_deg"),
             std::string::npos);
-  EXPECT_NE(ErrorOf("sweep: {x: {axis: elbow, from_deg: 0, to_deg: 300}" + y).find("limits"),
+  EXPECT_NE(ErrorOf("sweep: {x: {axis: elbow, from_deg: 0, to_deg: 300}" + y)
+                .find("the range of elbow must be in [-"),
             std::string::npos);
   EXPECT_NE(ErrorOf("sweep: {x: {axis: R, from: 1, to: 1}" + y).find("empty"), std::string::npos);
   EXPECT_NE(ErrorOf("sweep: {x: {axis: path}" + y).find("neither an axis"), std::string::npos);

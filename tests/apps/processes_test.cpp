@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "becomes_true.h"
+#include "temporary_folder.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/tcp_hub.h"
 #include "vantage/runtime/child_process.h"
@@ -227,6 +228,24 @@ TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
   EXPECT_EQ(cell.status()->reason, HoldReason::kOperator);
 }
 
+// An arm that was never heard: its command would be made up, all joints at 0, and an arm that takes positions would
+// go there.
+TEST(Processes, ToldToStopBeforeItHeardAnArmTheServoCommandsNothing) {
+  Cell cell;
+  ChildProcess servo = cell.StartServo();
+  ASSERT_TRUE(Eventually([&] {
+    const auto status = cell.status();
+    return status && status->reason == HoldReason::kNoJointState;
+  }));
+  servo.Signal(SIGTERM);
+  const auto end = servo.WaitFor(seconds(10));
+  ASSERT_TRUE(end.has_value());
+  EXPECT_TRUE(end->success()) << end->ToString();
+  // Its last words, after any command.
+  ASSERT_TRUE(Eventually([&] { return cell.status()->reason == HoldReason::kOperator; }));
+  EXPECT_EQ(cell.command().q.size(), 0);
+}
+
 /// Runs a program and gives its exit code and what it printed.
 std::pair<int, std::string> RunProgram(std::vector<std::string> arguments,
                                        const std::string& program = "vantage-run") {
@@ -319,17 +338,15 @@ TEST_F(RunTest, BadInputIsOneLineExitCodeTwoAndNothingWritten) {
     EXPECT_EQ(code, 2) << arguments[0] << ": " << text;
     EXPECT_FALSE(std::filesystem::exists(folder_)) << arguments[0];
   }
-  const std::string broken =
-      (std::filesystem::temp_directory_path() / "vantage_broken.yaml").string();
-  std::ofstream(broken)
-      << "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n";
+  const test::TemporaryFolder elsewhere;
+  const std::string broken = elsewhere.Write(
+      "broken.yaml", "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n");
   const auto [code, text] = RunProgram({broken, "--out", folder_.string()});
   EXPECT_EQ(code, 2);
   EXPECT_NE(text.find(broken + ":3: "), std::string::npos) << text;
   EXPECT_NE(text.find("radius"), std::string::npos) << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
   EXPECT_FALSE(std::filesystem::exists(folder_));
-  std::filesystem::remove(broken);
 }
 
 }  // namespace

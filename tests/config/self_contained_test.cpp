@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "temporary_folder.h"
+#include "vantage/config/camera_plan_file.h"
 #include "vantage/config/scenario.h"
 #include "vantage/math/error.h"
 #include "vantage/robot/kinematics.h"
@@ -61,6 +62,20 @@ TEST(SelfContained, TakesTheRobotFromBesideTheScenario) {
     const ConfigText alone = SelfContainedScenario(path);
     ExpectSame(LoadScenario(path), ReadScenario({"log", "", alone.text}, "scenario"));
   }
+}
+
+// Also of a scenario that says where the camera starts: a key may stand in a file once.
+TEST(SelfContained, StartsWithTheCameraWhereItIsToldTo) {
+  const std::string name = "puma560-bad-view";
+  const Scenario scenario = LoadScenario(name);
+  const RigVector elsewhere = scenario.q_c_start + RigVector::Constant(scenario.rig.size(), 0.01);
+  const test::TemporaryFolder folder;
+  const std::string path = folder.Write(
+      "own.yaml", SelfContainedScenario(name, CameraStartText(scenario.rig, elsewhere)).text);
+  EXPECT_TRUE(LoadScenario(path).q_c_start.isApprox(elsewhere, 1e-12));
+  const ConfigText back =
+      SelfContainedScenario(path, CameraStartText(scenario.rig, scenario.q_c_start));
+  EXPECT_TRUE(ReadScenario(back, "own").q_c_start.isApprox(scenario.q_c_start, 1e-12));
 }
 
 TEST(SelfContained, SaysWhatIsMissing) {

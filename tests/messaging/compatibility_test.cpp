@@ -2,7 +2,6 @@
 // and lcm-logplayer record and replay them through the hub.
 
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -10,10 +9,10 @@
 
 #include <gtest/gtest.h>
 #include <lcm/lcm-cpp.hpp>
-#include <unistd.h>
 
 #include "raw_client.h"
 #include "samples.h"
+#include "temporary_folder.h"
 #include "vantage/math/error.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/tcp_hub.h"
@@ -24,22 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::BecomesTrue;
-
-class Folder {
- public:
-  Folder() {
-    char name[] = "/tmp/vantage_compatibility_XXXXXX";
-    path_ = mkdtemp(name);
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] fs::path operator/(const std::string& name) const { return path_ / name; }
-  [[nodiscard]] std::string string() const { return path_.string(); }
-
- private:
-  fs::path path_;
-};
 
 Bytes ReadFile(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -52,10 +35,11 @@ void WriteFile(const fs::path& path, const Bytes& bytes) {
              static_cast<std::streamsize>(bytes.size()));
 }
 
-std::string RunToEnd(const std::vector<std::string>& arguments, const Folder& folder) {
+std::string RunToEnd(const std::vector<std::string>& arguments,
+                     const test::TemporaryFolder& folder) {
   ChildOptions options;
   options.arguments = arguments;
-  options.output = folder / "output";
+  options.output = folder.path() / "output";
   try {
     const auto status = ChildProcess(options).WaitFor(test::kPatience);
     const Bytes output = ReadFile(options.output);
@@ -81,34 +65,36 @@ TEST(Python, ReadsAndWritesTheSameBytes) {
       {"bot_core.rigid_transform_t", test::Encoded(test::SampleCameraPose())},
       {"bot_core.image_t", test::Encoded(test::SampleCameraImage())},
   };
-  const Folder folder;
-  for (const auto& [type, bytes] : samples) WriteFile(folder / (type + ".in"), bytes);
-  std::vector<std::string> generate{"lcm-gen", "-p", "--ppath", folder.string()};
+  const test::TemporaryFolder folder;
+  for (const auto& [type, bytes] : samples) WriteFile(folder.path() / (type + ".in"), bytes);
+  std::vector<std::string> generate{"lcm-gen", "-p", "--ppath", folder.path().string()};
   for (const auto& file : fs::directory_iterator(VANTAGE_LCM_TYPES)) {
     if (file.path().extension() == ".lcm") generate.push_back(file.path());
   }
   ASSERT_EQ(RunToEnd(generate, folder), "");
-  const std::string problem = RunToEnd(
-      {VANTAGE_PYTHON, std::string(VANTAGE_MESSAGING_TESTS) + "/echo_messages.py", folder.string()},
-      folder);
+  const std::string problem =
+      RunToEnd({VANTAGE_PYTHON, std::string(VANTAGE_MESSAGING_TESTS) + "/echo_messages.py",
+                folder.path().string()},
+               folder);
   ASSERT_EQ(problem, "");
   for (const auto& [type, bytes] : samples)
-    EXPECT_EQ(ReadFile(folder / (type + ".out")), bytes) << type;
+    EXPECT_EQ(ReadFile(folder.path() / (type + ".out")), bytes) << type;
 }
 
 // What Python reads is what was meant, not only the same bytes again.
 TEST(Python, ReadsTheValues) {
-  const Folder folder;
-  WriteFile(folder / "vantage_msgs.joint_state_t.in", test::Encoded(test::SampleJointState()));
-  ASSERT_EQ(RunToEnd({"lcm-gen", "-p", "--ppath", folder.string(),
+  const test::TemporaryFolder folder;
+  WriteFile(folder.path() / "vantage_msgs.joint_state_t.in",
+            test::Encoded(test::SampleJointState()));
+  ASSERT_EQ(RunToEnd({"lcm-gen", "-p", "--ppath", folder.path().string(),
                       std::string(VANTAGE_LCM_TYPES) + "/joint_state_t.lcm"},
                      folder),
             "");
   ASSERT_EQ(RunToEnd({VANTAGE_PYTHON, std::string(VANTAGE_MESSAGING_TESTS) + "/echo_messages.py",
-                      folder.string()},
+                      folder.path().string()},
                      folder),
             "");
-  const Bytes text = ReadFile(folder / "vantage_msgs.joint_state_t.txt");
+  const Bytes text = ReadFile(folder.path() / "vantage_msgs.joint_state_t.txt");
   EXPECT_EQ(std::string(text.begin(), text.end()),
             "utime 1234567\nnum_joints 6\nposition (-1.0, -0.6, -0.2, 0.2, 0.6, 1.0)\n"
             "velocity (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)\n");
@@ -150,15 +136,15 @@ LogContent ReadLog(const std::string& path) {
 }
 
 TEST(StockLogger, RecordsAndReplaysThroughTheHub) {
-  const Folder folder;
-  const std::string log = folder / "log";
+  const test::TemporaryFolder folder;
+  const std::string log = folder.path() / "log";
   TcpHubOptions any_port;
   any_port.port = 0;
   const TcpHub hub(any_port);
   {
     ChildOptions logger_options;
     logger_options.arguments = {"lcm-logger", "--lcm-url=" + hub.url(), log};
-    logger_options.output = folder / "logger";
+    logger_options.output = folder.path() / "logger";
     ChildProcess logger(logger_options);
     ASSERT_TRUE(BecomesTrue([&] { return hub.stats().clients == 1; }));
     ChildOptions publisher_options;

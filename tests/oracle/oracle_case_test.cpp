@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "eigen_matchers.h"
+#include "temporary_folder.h"
 #include "vantage/math/error.h"
 #include "vantage/robot/kinematics.h"
 
@@ -114,6 +115,16 @@ TEST(OracleCase, RefusesAFileThatIsNotThereOrNotJson) {
             std::string::npos);
 }
 
+TEST(OracleCase, NamesFileAndKeyOfABadCaseOnce) {
+  const test::TemporaryFolder folder;
+  Json entry = Entry();
+  entry["m"] = 7;
+  const std::string path =
+      folder.Write("cases.json", Json({{"cases", Json::array({entry})}}).dump());
+  EXPECT_EQ(Refusal([&] { (void)LoadOracleCase(path, "T1"); }),
+            path + ": m: must be in [1, 6], is 7");
+}
+
 struct Fault {
   std::string path;   // of the value that is set
   std::string value;  // "" takes it away
@@ -158,7 +169,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"/features/0/coord", "\"z\"", "features[0].coord"},
         Fault{"/features/5/poly", "[0, 1]", "features[5]"},
         Fault{"/camera/mount", "\"tripod\"", "camera.mount"},
-        Fault{"/camera/intrinsics/fx", "0", "camera.intrinsics"},
+        Fault{"/camera/intrinsics/fx", "0", "camera.intrinsics.fx"},
         Fault{"/camera/intrinsics/fy", "", "camera.intrinsics.fy"},
         Fault{"/camera/spherical/R", "\"far\"", "camera.spherical.R"},
         Fault{"/camera/spherical/orientation", "\"up\"", "camera.spherical.orientation"},

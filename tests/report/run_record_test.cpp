@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "temporary_folder.h"
 #include "vantage/math/error.h"
 #include "vantage/report/gnuplot.h"
 
@@ -18,15 +19,9 @@ namespace {
 
 class RunRecord : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() /
-        (std::string("vantage_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+  [[nodiscard]] std::string File(const char* name) const {
+    return (folder_.path() / name).string();
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  [[nodiscard]] std::string File(const char* name) const { return (folder_ / name).string(); }
 
   static std::vector<RunSample> Samples() {
     std::vector<RunSample> samples;
@@ -48,7 +43,7 @@ class RunRecord : public ::testing::Test {
     return samples;
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(RunRecord, SamplesHaveOneLineEachUnderAHeader) {
@@ -86,7 +81,7 @@ TEST_F(RunRecord, PictureShowsCurvesAndTheCamerasMove) {
   summary.scenario = "test";
   summary.camera = "active";
   summary.end = "converged";
-  PlotRun(summary, Samples(), folder_.string());
+  PlotRun(summary, Samples(), folder_.path().string());
   const cv::Mat picture = cv::imread(File("run.png"));
   ASSERT_EQ(picture.cols, 1200);
   ASSERT_EQ(picture.rows, 1280);
@@ -98,6 +93,27 @@ TEST_F(RunRecord, PictureShowsCurvesAndTheCamerasMove) {
   EXPECT_GT(cv::countNonZero(curve), 500);
 }
 
+// Names come from files and logs: what gnuplot would take for a subscript, or hand to a shell, stands in the picture
+// letter by letter, and a folder may be called anything.
+TEST_F(RunRecord, PictureIsDrawnWhateverTheNamesAre) {
+  const std::filesystem::path folder = folder_.path() / "it's \"mine\"";
+  std::filesystem::create_directory(folder);
+  WriteSamples(Samples(), (folder / "samples.csv").string());
+  RunSummary summary;
+  summary.scenario = "my_\"own\"_{cell} `touch made` \\`touch made\\`";
+  summary.camera = "active";
+  summary.end = "vantage-sim ended with exit code 3";
+  PlotRun(summary, Samples(), folder.string());
+  EXPECT_EQ(cv::imread((folder / "run.png").string()).rows, 1280);
+  EXPECT_FALSE(std::filesystem::exists(folder / "made"));
+}
+
+TEST(GnuplotString, HoldsTheTextAndNothingElse) {
+  EXPECT_EQ(GnuplotString("a b"), "\"a b\"");
+  EXPECT_EQ(GnuplotString("`x` \"y\" \\ $z\n"), "\"\\`x\\` \\\"y\\\" \\\\ \\$z\\n\"");
+  EXPECT_EQ(GnuplotLiteral("a_b{c}\n"), "a\\_b\\{c\\} ");
+}
+
 // A view in which one pixel hides any motion, all the time: the other curves are drawn all the same.
 TEST_F(RunRecord, PictureIsDrawnWithoutAFiniteValue) {
   std::vector<RunSample> samples = Samples();
@@ -107,7 +123,7 @@ TEST_F(RunRecord, PictureIsDrawnWithoutAFiniteValue) {
     sample.true_error_mm.reset();
   }
   WriteSamples(samples, File("samples.csv"));
-  PlotRun({}, samples, folder_.string());
+  PlotRun({}, samples, folder_.path().string());
   const cv::Mat picture = cv::imread(File("run.png"));
   ASSERT_EQ(picture.rows, 1280);
   cv::Mat curve;
@@ -137,7 +153,7 @@ TEST_F(RunRecord, BrokenScriptIsAnErrorThatSaysWhatGnuplotSaid) {
 TEST_F(RunRecord, MissingGnuplotIsAnErrorThatSaysHowToInstallIt) {
   std::ofstream(File("good.gp")) << "print 1\n";
   const std::string path = std::getenv("PATH");
-  setenv("PATH", folder_.c_str(), 1);
+  setenv("PATH", folder_.path().c_str(), 1);
   std::string message;
   try {
     RunGnuplot(File("good.gp"));

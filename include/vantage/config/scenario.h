@@ -54,7 +54,9 @@ struct Scenario {
 /// A scenario's text that can be read anywhere: the robot's description is in it, and paths of URDF files
 /// are absolute (those files, and their meshes, stay where they are).
 ///
+/// @param camera_start  As CameraStartText() writes it, in the place of the scenario's own; empty: its own stays.
 /// Throws ConfigError as LoadScenario() does.
-[[nodiscard]] ConfigText SelfContainedScenario(const std::string& name_or_path);
+[[nodiscard]] ConfigText SelfContainedScenario(const std::string& name_or_path,
+                                               const std::string& camera_start = "");
 
 }  // namespace vantage

@@ -19,7 +19,7 @@ struct SchemaEntry {
 /// that is read in two forms keeps both types.
 class SchemaRecorder {
  public:
-  /// Notes a key; one that is known already is left as it is.
+  /// Notes a key; one that is known already stays, but for a type it has not yet.
   void Add(const SchemaEntry& entry);
   [[nodiscard]] const std::vector<SchemaEntry>& entries() const noexcept { return entries_; }
 

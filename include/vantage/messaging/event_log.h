@@ -48,7 +48,7 @@ class EventLogWriter {
   EventLogWriter(const EventLogWriter&) = delete;
   EventLogWriter& operator=(const EventLogWriter&) = delete;
 
-  /// Throws Error when the disk is full.
+  /// Throws WriteError when the disk is full.
   void Write(const LoggedEvent& event);
 
  private:

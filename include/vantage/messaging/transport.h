@@ -67,4 +67,7 @@ struct Transport {
 /// be had.
 [[nodiscard]] Transport ChooseTransport(const TransportOptions& options = {});
 
+/// The same for a single program: with `join_existing`.
+[[nodiscard]] Transport JoinTransport();
+
 }  // namespace vantage

@@ -4,6 +4,13 @@
 
 namespace vantage {
 
+/// A string of gnuplot's language, quotes included, that holds exactly this text: a file's name, or text that
+/// gnuplot shows as it shows enhanced text.
+[[nodiscard]] std::string GnuplotString(const std::string& text);
+
+/// Enhanced text that shows `text` letter by letter, on one line. For GnuplotString().
+[[nodiscard]] std::string GnuplotLiteral(const std::string& text);
+
 /// Runs a gnuplot script. Its output files are the script's affair.
 ///
 /// @param script_path  File with gnuplot commands; relative names in it are relative to its folder.

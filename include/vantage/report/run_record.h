@@ -34,10 +34,11 @@ struct RunSample {
 
 /// How a run ended.
 struct RunSummary {
-  std::string scenario;                 ///< Its name, as in Scenario.
-  std::string camera;                   ///< "active" or "fixed".
-  bool converged{false};                ///< Converged, and stayed so for a while.
-  std::string end;                      ///< "converged", "time limit", "stopped", or what failed.
+  std::string scenario;   ///< Its name, as in Scenario.
+  std::string camera;     ///< "active" or "fixed".
+  bool converged{false};  ///< Converged, and stayed so for a while.
+  /// "converged", "time limit", "stopped by the user", or which process ended and how.
+  std::string end;
   double duration{0.0};                 ///< [s].
   double time_to_converge{0.0};         ///< [s]; duration when it did not.
   ServoStatus status;                   ///< The last one.
