@@ -103,17 +103,17 @@ ServoOptions LoadServo(const Section& section) {
   servo.calibration_px =
       section.Number("calibration_px", {0.0, 100.0, "px"}, defaults.calibration_px,
                      "By how much errors of calibration shift a whole image.");
-  const Section calibration = section.OptionalChild(
-      "calibration",
-      "What may be wrong with the calibration; found from the arm's own markers. Standard deviations.");
+  const Section calibration =
+      section.OptionalChild("calibration",
+                            "What may be wrong with the calibration; found from the arm's own "
+                            "markers. Standard deviations.");
   servo.calibration.estimate = calibration.Flag("estimate", defaults.calibration.estimate,
                                                 "Whether it is found, and minded.");
   servo.calibration.position =
       calibration.Number("position", {0.0, 1.0, "m"}, defaults.calibration.position,
                          "Of the camera's pose on its rig, each axis.");
-  servo.calibration.rotation =
-      calibration.Number("rotation", {0.0, 1.0, "rad"}, defaults.calibration.rotation,
-                         "The same, about each axis.");
+  servo.calibration.rotation = calibration.Number(
+      "rotation", {0.0, 1.0, "rad"}, defaults.calibration.rotation, "The same, about each axis.");
   servo.calibration.focal = calibration.Number("focal", {0.0, 0.5, ""}, defaults.calibration.focal,
                                                "Of the focal length, as a share of it.");
   servo.calibration.joint =

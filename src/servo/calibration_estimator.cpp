@@ -24,9 +24,7 @@ constexpr int kJoints = 7;
 }  // namespace
 
 CalibrationEstimator::CalibrationEstimator(const CalibrationPrior& prior, int joints)
-    : prior_(prior),
-      joint_bias_(JointVector::Zero(joints)),
-      covariance_(PriorCovariance()) {}
+    : prior_(prior), joint_bias_(JointVector::Zero(joints)), covariance_(PriorCovariance()) {}
 
 CalibrationEstimator::Covariance CalibrationEstimator::PriorCovariance() const noexcept {
   const auto size = kJoints + joint_bias_.size();
