@@ -507,6 +507,9 @@ void Validate(const PlannerOptions& options) {
     refuse("limits.max_incidence",
            "must be in (0, pi/2) rad, is " + std::to_string(limits.max_incidence));
   }
+  if (!(limits.min_semi_axis >= 0.0) || !std::isfinite(limits.min_semi_axis)) {
+    refuse("limits.min_semi_axis", "must be >= 0 px, is " + std::to_string(limits.min_semi_axis));
+  }
 }
 
 std::vector<ArmSample> SampleMotion(const ViewModel& model, const JointVector& q,

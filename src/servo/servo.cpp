@@ -132,7 +132,7 @@ double ObservabilityOf(const FeatureJacobian& J_v, const Measure& composite, con
   return VolumeOf(J_v).w;
 }
 
-void CheckSizes(const ServoTask& task, const ServoOptions& options) {
+void Validate(const ServoTask& task) {
   const std::size_t count = task.view.markers.size();
   const auto fail = [](const char* key, const std::string& reason) {
     throw ConfigError("", key, reason);
@@ -156,8 +156,18 @@ void CheckSizes(const ServoTask& task, const ServoOptions& options) {
   if (!(task.goal.prior_sigma > 0.0)) {
     fail("goal.prior_sigma", "must be > 0 m, is " + std::to_string(task.goal.prior_sigma));
   }
-  if (!(options.period >= 0.0005 && options.period <= 0.1)) {
-    fail("servo.period", "must be in [0.0005, 0.1] s, is " + std::to_string(options.period));
+  if (task.goal.marker_ids.empty()) return;
+  if (task.goal.normals.size() != count) {
+    fail("goal.normals", "needs one for each of the " + std::to_string(count) + " markers, has " +
+                             std::to_string(task.goal.normals.size()));
+  }
+  for (const Vector3d& normal : task.goal.normals) {
+    if (!(std::abs(normal.norm() - 1.0) < 1e-6)) {
+      fail("goal.normals", "must be of length 1, one is of " + std::to_string(normal.norm()));
+    }
+  }
+  if (!(task.goal.marker_radius > 0.0)) {
+    fail("goal.marker_radius", "must be > 0 m, is " + std::to_string(task.goal.marker_radius));
   }
 }
 
@@ -169,7 +179,8 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
       trigger_(trigger),
       calibration_(options.calibration, task_.view.arm.size()),
       camera_(task_.view.camera) {
-  CheckSizes(task_, options_);
+  Validate(task_);
+  Validate(options_);
   const std::size_t count = task_.view.markers.size();
   needed_ = std::vector<bool>(count, false);
   for (const Feature& feature : task_.view.features.features()) {

@@ -529,7 +529,9 @@ TEST(ValidatePlanner, RefusesEachCause) {
       [](PlannerOptions* o) { o->limits.margin = -1.0; },
       [](PlannerOptions* o) { o->limits.min_depth = 0.0; },
       [](PlannerOptions* o) { o->limits.max_depth = 0.2; },
-      [](PlannerOptions* o) { o->limits.max_incidence = 1.6; }};
+      [](PlannerOptions* o) { o->limits.max_incidence = 1.6; },
+      [](PlannerOptions* o) { o->limits.min_semi_axis = -1.0; },
+      [](PlannerOptions* o) { o->limits.min_semi_axis = std::nan(""); }};
   for (std::size_t i = 0; i < causes.size(); ++i) {
     PlannerOptions options;
     causes[i](&options);

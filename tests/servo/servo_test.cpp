@@ -1,13 +1,17 @@
 #include "vantage/servo/servo.h"
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
+#include <string>
 
 #include <gtest/gtest.h>
 
 #include "allocation_guard.h"
 #include "eigen_matchers.h"
 #include "test_arm.h"
+#include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
@@ -322,6 +326,52 @@ TEST(Servo, ReportsTheMeasuresOfItsJacobians) {
     EXPECT_EQ(report.sigma_min_v, MeasureOf(out.J_v).sigma_min);
     EXPECT_EQ(report.sigma_min_r, MeasureOf(out.J_r).sigma_min);
   }
+}
+
+ServoTask MakeTask() {
+  ServoTask task{test::PumaView(), {}};
+  task.goal.p_WG = test::MarkersAt(task.view, kGoal);
+  return task;
+}
+
+// What the headers ask of options and goal is asked when a servo is made, with the key.
+TEST(Servo, RefusesOptionsOutOfTheirBounds) {
+  const ServoTask task = MakeTask();
+  EXPECT_NO_THROW(Servo(task, ServoOptions(), TriggerOptions()));
+  const std::map<std::string, std::function<void(ServoOptions*)>> causes{
+      {"servo.period", [](ServoOptions* o) { o->period = 0.0; }},
+      {"servo.gain_at_zero", [](ServoOptions* o) { o->law.gain_at_zero = 0.0; }},
+      {"servo.damping", [](ServoOptions* o) { o->law.damping = -1.0; }},
+      {"servo.self_motion", [](ServoOptions* o) { o->law.self_motion = 1.5; }},
+      {"servo.path.reach", [](ServoOptions* o) { o->path.reach = 0.0; }},
+      {"servo.staleness.features", [](ServoOptions* o) { o->staleness.features = -1.0; }},
+      {"servo.convergence.tolerance_mm",
+       [](ServoOptions* o) { o->convergence.tolerance_mm = 0.0; }},
+      {"servo.stall_time", [](ServoOptions* o) { o->stall_time = std::nan(""); }},
+      {"servo.calibration.rotation", [](ServoOptions* o) { o->calibration.rotation = -0.1; }}};
+  for (const auto& [key, spoil] : causes) {
+    ServoOptions options;
+    spoil(&options);
+    try {
+      const Servo servo(task, options, TriggerOptions());
+      ADD_FAILURE() << key << " is let in";
+    } catch (const ConfigError& error) {
+      EXPECT_EQ(error.key(), key) << error.what();
+    }
+  }
+}
+
+TEST(Servo, RefusesGoalMarkersWithoutNormals) {
+  ServoTask task = MakeTask();
+  for (std::size_t i = 0; i < task.goal.p_WG.size(); ++i) {
+    task.goal.marker_ids.push_back(static_cast<int>(10 + i));
+  }
+  task.goal.normals.clear();
+  EXPECT_THROW(Servo(task, ServoOptions(), TriggerOptions()), ConfigError);
+  task.goal.normals.assign(task.goal.p_WG.size(), Eigen::Vector3d(0.0, 0.0, 2.0));
+  EXPECT_THROW(Servo(task, ServoOptions(), TriggerOptions()), ConfigError);
+  task.goal.normals.assign(task.goal.p_WG.size(), Eigen::Vector3d::UnitZ());
+  EXPECT_NO_THROW(Servo(task, ServoOptions(), TriggerOptions()));
 }
 
 }  // namespace

@@ -40,7 +40,8 @@ struct ServoGoal {
   /// Greatest speed of the goal's markers [m/s]; 0: they stand. Markers that move are followed by their
   /// image velocity.
   double max_speed{0.0};
-  std::vector<Eigen::Vector3d> normals;  ///< Of the goal's markers in the world; as long as p_WG.
+  std::vector<Eigen::Vector3d>
+      normals;  ///< Of the goal's markers in the world, unit; one for each id.
 };
 
 /// What the servo works on.

@@ -57,4 +57,7 @@ struct ServoOptions {
   double offset_time{0.15};
 };
 
+/// @throws ConfigError with key, bound and value of the first option that is out of its bounds.
+void Validate(const ServoOptions& options);
+
 }  // namespace vantage
