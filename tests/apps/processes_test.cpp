@@ -233,7 +233,7 @@ TEST(Processes, ToldToStopTheServoBringsTheArmToRest) {
 TEST(Processes, ToldToStopBeforeItHeardAnArmTheServoCommandsNothing) {
   Cell cell;
   ChildProcess servo = cell.StartServo();
-  ASSERT_TRUE(Eventually([&] {
+  ASSERT_TRUE(BecomesTrue([&] {
     const auto status = cell.status();
     return status && status->reason == HoldReason::kNoJointState;
   }));
@@ -242,7 +242,7 @@ TEST(Processes, ToldToStopBeforeItHeardAnArmTheServoCommandsNothing) {
   ASSERT_TRUE(end.has_value());
   EXPECT_TRUE(end->success()) << end->ToString();
   // Its last words, after any command.
-  ASSERT_TRUE(Eventually([&] { return cell.status()->reason == HoldReason::kOperator; }));
+  ASSERT_TRUE(BecomesTrue([&] { return cell.status()->reason == HoldReason::kOperator; }));
   EXPECT_EQ(cell.command().q.size(), 0);
 }
 

@@ -32,9 +32,9 @@ struct Cell {
   }
 
   // The pixel of a marker on an arm that is truly at q, by a camera that is truly at X_WC.
-  [[nodiscard]] Vector2d See(const Isometry3d& X_WC, const JointVector& q, const Vector3d& p_EM) {
+  [[nodiscard]] Vector2d See(const Isometry3d& X_WC, const JointVector& q, const Vector3d& p_EP) {
     const CameraModel true_camera = WithFocalFactor(camera, focal_factor);
-    const Vector3d p_CM = X_WC.inverse() * (EndEffectorPose(arm, q) * p_EM);
+    const Vector3d p_CM = X_WC.inverse() * (EndEffectorPose(arm, q) * p_EP);
     const Vector2d noise(kNoise * normal(random), kNoise * normal(random));
     return ToPixel(true_camera, Project(p_CM)->n) + noise;
   }
