@@ -66,8 +66,8 @@ struct Feature {
 
 /// How many points a feature names.
 struct PointCount {
-  int least;
-  int most;
+  int least;  ///< Fewest; 1 or more.
+  int most;   ///< Most; below `least`: none fits.
 };
 
 /// The number of points that a feature of the kind takes; none fits what is not a kind.
