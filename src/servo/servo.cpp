@@ -206,6 +206,7 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
   const int n = task_.view.arm.size();
   qdot_ = JointVector::Zero(n);
   q_ = JointVector::Zero(n);
+  q_true_ = q_;
   output_.command.qdot = qdot_;
   output_.command.q = q_;
   output_.status.markers_needed = markers_needed_;
@@ -292,7 +293,8 @@ void Servo::PredictState(Time now) noexcept {
   q_ = joints_.newest() + joint_age * qdot_;
   X_WC_measured_ = camera_moves_ ? Advance(poses_.newest(), pose_age * V_WC_C_) : poses_.newest();
   X_WC_ = X_WC_measured_ * calibration_.X_CTrue();
-  kinematics_ = ComputeKinematics(task_.view.arm, q_);
+  q_true_ = q_ - calibration_.joint_bias();
+  kinematics_ = ComputeKinematics(task_.view.arm, q_true_);
 }
 
 // Compares the newest image with the model at its exposure. What differs is carried to now: that
@@ -302,7 +304,8 @@ void Servo::UseImage() noexcept {
   const double time = (standing ? kStandingAverage : 1.0) * options_.offset_time;
   const JointVector q = *joints_.At(features_.exposure, Between);
   UpdateCalibration(q);
-  const Isometry3d X_CE = X_WC_exposure_.inverse() * EndEffectorPose(task_.view.arm, q);
+  const Isometry3d X_CE = X_WC_exposure_.inverse() *
+                          EndEffectorPose(task_.view.arm, q - calibration_.joint_bias());
   markers_lost_ = 0;
   for (std::size_t i = 0; i < task_.view.markers.size(); ++i) {
     const Marker& marker = task_.view.markers[i];
@@ -339,14 +342,14 @@ void Servo::UseImage() noexcept {
 // moves the differences that are kept by what the correction explains.
 void Servo::UpdateCalibration(const JointVector& q) noexcept {
   const ViewModel& view = task_.view;
-  const Isometry3d X_WE = EndEffectorPose(view.arm, q);
+  const Isometry3d X_WEBefore = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const Isometry3d X_WCBefore = features_.X_WC * calibration_.X_CTrue();
   const CameraModel before = camera_;
   bool corrected = false;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(view.markers[i].id);
     if (measured == nullptr || !measured->valid) continue;
-    const Vector3d p_CM = X_WCBefore.inverse() * (X_WE * view.markers[i].p);
+    const Vector3d p_CM = X_WCBefore.inverse() * (X_WEBefore * view.markers[i].p);
     std::optional<CalibrationView>& last = calibrated_at_[i];
     if (last && (p_CM - last->p_CM).norm() < kCalibrationWay &&
         Eigen::AngleAxisd(last->R_WC.transpose() * X_WCBefore.linear()).angle() <
@@ -363,19 +366,20 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
   X_WC_exposure_ = features_.X_WC * calibration_.X_CTrue();
   if (!corrected) return;
   camera_ = WithFocalFactor(view.camera, calibration_.focal_factor());
-  const auto shift = [&](int id, const Vector3d& p_W, Vector2d* offset) {
+  const Isometry3d X_WE = EndEffectorPose(view.arm, q - calibration_.joint_bias());
+  const auto shift = [&](int id, const Vector3d& p_WBefore, const Vector3d& p_W, Vector2d* offset) {
     const MarkerMeasurement* measured = features_.Find(id);
-    const auto at_before = Project(X_WCBefore.inverse() * p_W);
+    const auto at_before = Project(X_WCBefore.inverse() * p_WBefore);
     const auto at_now = Project(X_WC_exposure_.inverse() * p_W);
     if (measured == nullptr || !measured->valid || !at_before || !at_now) return;
     *offset += Normalised(camera_, measured->pixel) - at_now->n -
                (Normalised(before, measured->pixel) - at_before->n);
   };
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
-    shift(view.markers[i].id, X_WE * view.markers[i].p, &offset_[i]);
+    shift(view.markers[i].id, X_WEBefore * view.markers[i].p, X_WE * view.markers[i].p, &offset_[i]);
   }
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
-    shift(task_.goal.marker_ids[i], p_WMarker_[i], &goal_offset_[i]);
+    shift(task_.goal.marker_ids[i], p_WMarker_[i], p_WMarker_[i], &goal_offset_[i]);
   }
 }
 
@@ -525,7 +529,7 @@ bool Servo::PredictPathRows() noexcept {
   reference_.step = JointVector::Zero(q_.size());
   if (!options.enabled || options_.law.textbook || q_goal.size() != q_.size()) return false;
   const ViewModel& view = task_.view;
-  reference_ = ReferenceAhead(options, view.arm, q_, q_goal, options_.law.gain_at_zero);
+  reference_ = ReferenceAhead(options, view.arm, q_true_, q_goal, options_.law.gain_at_zero);
   if (reference_.share == 1.0) return false;
   const Isometry3d X_CW = X_WC_.inverse();
   for (std::size_t i = 0; i < ahead_.size(); ++i) {
@@ -707,7 +711,7 @@ void Servo::JudgeProgress(Time now) noexcept {
   const ConvergenceOptions& goal = options_.convergence;
   const double error =
       std::sqrt(mean_error_.squaredNorm() / static_cast<double>(mean_error_.size()));
-  const double way = active_.q_goal.size() == q_.size() ? (active_.q_goal - q_).norm() : 0.0;
+  const double way = active_.q_goal.size() == q_.size() ? (active_.q_goal - q_true_).norm() : 0.0;
   const bool certified = output_.observability.mm_per_px <= goal.max_mm_per_px;
   const bool stands = best_since_ && Age(now, *best_since_) > options_.stall_time;
   const double slack = stands && certified ? kReachedShare : 1.0;
@@ -838,7 +842,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   status.markers_seen = has_features_ ? markers_needed_ - markers_lost_ : 0;
   ActiveInputs& view = snapshot_.active;
   view.now = now;
-  view.q = q_;
+  view.q = q_true_;
   view.qdot = qdot_;
   view.X_WC = X_WC_measured_;
   view.composite = report.composite;
