@@ -66,6 +66,9 @@ ServoOptions LoadServo(const Section& section) {
   servo.staleness.marker =
       staleness.Number("marker", {0.0, 10.0, "s"}, defaults.staleness.marker,
                        "A marker not seen is carried on by the model this long.");
+  servo.staleness.hidden_marker = staleness.Number(
+      "hidden_marker", {0.0, 60.0, "s"}, defaults.staleness.hidden_marker,
+      "The same while two other markers of the arm are seen, which confirm the model.");
   const Section convergence = section.OptionalChild("convergence", "When the task counts as done.");
   servo.convergence.tolerance_px =
       convergence.Number("tolerance_px", {0.001, 1000.0, "px"}, defaults.convergence.tolerance_px,

@@ -64,6 +64,8 @@ constexpr double kStands = 0.01;
 constexpr double kCalibrationWay = 0.02;
 constexpr double kCalibrationTurn = 0.04;
 constexpr double kCalibrationNoise = 0.5;
+// So many markers that are seen confirm the model of the body for those that are not.
+constexpr int kConfirming = 2;
 // A smaller error by this factor is progress.
 constexpr double kProgress = 0.95;
 
@@ -479,8 +481,11 @@ double Servo::GoalSigma() const noexcept {
 }
 
 bool Servo::Carried(std::size_t marker) const noexcept {
-  return last_seen_[marker] &&
-         Age(features_.exposure, *last_seen_[marker]) <= options_.staleness.marker;
+  if (!last_seen_[marker]) return false;
+  const bool confirmed = markers_needed_ - markers_lost_ >= kConfirming;
+  const StalenessLimits& limits = options_.staleness;
+  return Age(features_.exposure, *last_seen_[marker]) <=
+         (confirmed ? std::max(limits.marker, limits.hidden_marker) : limits.marker);
 }
 
 HoldReason Servo::PredictRows(Time now) noexcept {

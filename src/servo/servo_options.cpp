@@ -57,6 +57,7 @@ void Validate(const ServoOptions& options) {
   RequirePositive("staleness.camera_pose", options.staleness.camera_pose, "s");
   RequirePositive("staleness.features", options.staleness.features, "s");
   Require("staleness.marker", options.staleness.marker, 0.0, kAny, "s");
+  Require("staleness.hidden_marker", options.staleness.hidden_marker, 0.0, kAny, "s");
   RequirePositive("convergence.tolerance_px", options.convergence.tolerance_px, "px");
   Require("convergence.settle_time", options.convergence.settle_time, 0.0, kAny, "s");
   RequirePositive("convergence.max_mm_per_px", options.convergence.max_mm_per_px, "mm/px");

@@ -14,6 +14,8 @@ struct StalenessLimits {
   double features{0.25};     ///< Age of the newest image's exposure [s]; > 0.
   /// A marker that the newest image does not show is carried on by the model for this long [s]; >= 0.
   double marker{0.15};
+  /// The same while two other markers of the arm are seen, which confirm the model [s]; >= 0.
+  double hidden_marker{5.0};
 };
 
 /// When a servo counts as converged.
