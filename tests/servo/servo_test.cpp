@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -326,6 +327,52 @@ TEST(Servo, ReportsTheMeasuresOfItsJacobians) {
     EXPECT_EQ(report.sigma_min_v, MeasureOf(out.J_v).sigma_min);
     EXPECT_EQ(report.sigma_min_r, MeasureOf(out.J_r).sigma_min);
   }
+}
+
+// Five joints, three dots, six features. The dots in `hidden` are not in the images.
+ServoOutput RunWithHidden(const std::vector<int>& hidden, double seconds, double hidden_marker) {
+  ViewModel view{test::PumaArm(5), CameraModel(), FeatureSet::AllPoints(3), {}};
+  view.markers = {{0, {0.0, 0.0, 0.1}}, {1, {0.1, 0.0, 0.1}}, {2, {0.0, 0.1, 0.1}}};
+  const JointVector q = test::Joints({-0.3, 0.5, -0.9, 0.2, 0.1});
+  Cell cell(view, q);
+  ServoOptions options = Options();
+  options.convergence.max_mm_per_px = 1e3;
+  options.staleness.hidden_marker = hidden_marker;
+  Servo servo = MakeServo(view, q + test::Joints({0.3, 0.2, -0.2, 0.2, 0.3}), options);
+  const Isometry3d X_WC = test::LookFrom({1.2, -1.5, 1.0});
+  ServoOutput last;
+  for (int i = 0; i < (0.2 + seconds) / test::kPeriod; ++i) {
+    servo.Accept(cell.Joints(), cell.now());
+    servo.Accept(cell.Pose(), cell.now());
+    if (cell.ImageDue()) {
+      ImageFeatures image = cell.Image();
+      for (const int id : hidden) {
+        if (i * test::kPeriod > 0.2) image.markers[static_cast<std::size_t>(id)].valid = false;
+      }
+      servo.Accept(image, cell.now());
+    }
+    last = servo.Step(cell.now());
+    cell.Advance(last.command, X_WC);
+  }
+  return last;
+}
+
+// Two dots that are seen confirm where the model puts the third, for a while; one does not, and what is hidden
+// for good stops the arm.
+TEST(Servo, HiddenMarkersAreCarriedWhileOthersConfirmTheModel) {
+  const ServoOutput carried = RunWithHidden({1}, 1.5, 5.0);
+  EXPECT_EQ(carried.status.state, ServoState::kServoing) << Name(carried.status.reason);
+  EXPECT_EQ(carried.status.markers_seen, 2);
+  EXPECT_EQ(carried.error.size(), 6);
+  EXPECT_EQ(RunWithHidden({1}, 6.0, 5.0).status.reason, HoldReason::kTooFewFeatures);
+  EXPECT_EQ(RunWithHidden({1}, 1.5, 0.0).status.reason, HoldReason::kTooFewFeatures);
+  EXPECT_EQ(RunWithHidden({1, 2}, 1.5, 5.0).status.reason, HoldReason::kTooFewFeatures);
+}
+
+// Nobody calls a task done while a marker is hidden, however small the error by the model.
+TEST(Servo, DoesNotConvergeOnHiddenMarkers) {
+  EXPECT_NE(RunWithHidden({1}, 12.0, 60.0).status.state, ServoState::kConverged);
+  EXPECT_EQ(RunWithHidden({}, 12.0, 60.0).status.state, ServoState::kConverged);
 }
 
 ServoTask MakeTask() {
