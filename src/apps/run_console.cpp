@@ -105,9 +105,12 @@ void RunConsole::End(const RunSummary& summary, const std::string& folder) {
                         Short(summary.status.loop_time_p999_us) + " us, longest " +
                         Short(summary.status.loop_time_max_us) + " us"
                   : "") +
-           "; " + std::to_string(summary.status.stops) + " stops, " +
+           "; stops: " + DescribeStops(summary.status) + "; " +
            std::to_string(summary.limit_violations) + " limit violations",
        true);
+  if (summary.status.calibration.position > 0.0) {
+    Line("calibration found: " + Describe(summary.status.calibration), true);
+  }
   if (!folder.empty()) Line("wrote " + folder, true);
 }
 

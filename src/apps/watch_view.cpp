@@ -251,13 +251,17 @@ class Page {
          {"  late ", TextStyle::kPlain},
          {std::to_string(s.deadline_misses), count(s.deadline_misses)},
          {"  stops ", TextStyle::kPlain},
-         {std::to_string(s.stops), count(s.stops)},
+         {s.stops == 0 ? "0" : DescribeStops(s), count(s.stops)},
          {"  refused ", TextStyle::kPlain},
          {s.refused_messages == 0 ? "0" : DescribeRefused(s), count(s.refused_messages)},
          {"  overwritten ", TextStyle::kPlain},
          {std::to_string(s.dropped_messages), TextStyle::kValue},
          {"  lost on the way here ", TextStyle::kPlain},
          {std::to_string(state_.lost_periods), count(state_.lost_periods)}});
+    if (s.calibration.position > 0.0) {
+      Add({{"calibration found: ", TextStyle::kPlain},
+           {Describe(s.calibration), TextStyle::kValue}});
+    }
   }
 
   void Channels() {

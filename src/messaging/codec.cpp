@@ -144,18 +144,22 @@ constexpr std::int64_t vantage_msgs::servo_status_t::*kRefusedBy[] = {
     &vantage_msgs::servo_status_t::refused_future,
 };
 static_assert(std::size(kRefusedBy) == kNumInputFaults);
+static_assert(sizeof(vantage_msgs::servo_status_t::stops_by_reason) ==
+              kNumHoldReasons * sizeof(std::int64_t));
 
 Refusal CheckStatus(const vantage_msgs::servo_status_t& wire) noexcept {
   Checks checks;
   checks
       .Finite({wire.error_px, wire.loop_time_us, wire.loop_time_max_us, wire.loop_time_p50_us,
                wire.loop_time_p99_us, wire.loop_time_p999_us, wire.lateness_p999_us,
-               wire.lateness_max_us})
+               wire.lateness_max_us, wire.calibration_position, wire.calibration_rotation,
+               wire.calibration_focal, wire.calibration_joint})
       .UpTo(static_cast<int>(ServoState::kFault), wire.state)
       .UpTo(static_cast<int>(HoldReason::kArmNotFollowing), wire.reason)
       .NotNegative({wire.seq, wire.markers_seen, wire.markers_needed, wire.deadline_misses,
                     wire.refused_messages, wire.dropped_messages, wire.stops});
   for (const auto member : kRefusedBy) checks.NotNegative({wire.*member});
+  for (const std::int64_t stops : wire.stops_by_reason) checks.NotNegative({stops});
   return checks.Stamp(wire.utime).result();
 }
 
@@ -303,6 +307,10 @@ Refusal Decode(const void* data, std::size_t size, ServoStatus* out) noexcept {
   for (std::size_t i = 0; i < out->refused_by.size(); ++i) out->refused_by[i] = wire.*kRefusedBy[i];
   out->dropped_messages = wire.dropped_messages;
   out->stops = wire.stops;
+  std::copy(std::begin(wire.stops_by_reason), std::end(wire.stops_by_reason),
+            out->stops_by.begin());
+  out->calibration = {wire.calibration_position, wire.calibration_rotation, wire.calibration_focal,
+                      wire.calibration_joint};
   return Refusal::kNone;
 }
 
@@ -434,6 +442,11 @@ void Encode(const ServoStatus& value, Bytes* out) {
   }
   wire.dropped_messages = value.dropped_messages;
   wire.stops = value.stops;
+  std::copy(value.stops_by.begin(), value.stops_by.end(), std::begin(wire.stops_by_reason));
+  wire.calibration_position = value.calibration.position;
+  wire.calibration_rotation = value.calibration.rotation;
+  wire.calibration_focal = value.calibration.focal;
+  wire.calibration_joint = value.calibration.joint;
   EncodeWire(wire, out);
 }
 

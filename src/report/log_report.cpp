@@ -104,10 +104,14 @@ void AddStops(const RunLog& log, HtmlPage* page) {
   rows.clear();
   if (!log.statuses.empty()) {
     const ServoStatus& last = log.statuses.back();
+    rows.push_back({"stops", DescribeStops(last)});
     rows.push_back({"messages the servo refused", DescribeRefused(last)});
     rows.push_back(
         {"messages overwritten by newer ones before use", std::to_string(last.dropped_messages)});
     rows.push_back({"periods that began late", std::to_string(last.deadline_misses)});
+    if (last.calibration.position > 0.0) {
+      rows.push_back({"calibration found", Describe(last.calibration)});
+    }
   }
   for (int i = 1; i < kNumRefusals; ++i) {
     const std::int64_t count = log.refused[static_cast<std::size_t>(i)];
@@ -115,7 +119,7 @@ void AddStops(const RunLog& log, HtmlPage* page) {
     rows.push_back(
         {std::string("in this log: ") + Name(static_cast<Refusal>(i)), std::to_string(count)});
   }
-  if (!rows.empty()) page->Table({"refused, dropped, late", "count"}, rows);
+  if (!rows.empty()) page->Table({"over the whole log", ""}, rows);
 
   // Where the time went.
   std::vector<std::pair<std::string, double>> times;

@@ -119,6 +119,15 @@ void WriteSummary(const RunSummary& summary, const std::string& path) {
   json["lowest_trigger_value"] = Number(summary.lowest_trigger_value);
   json["camera_moves"] = summary.camera_moves;
   json["stops"] = summary.status.stops;
+  for (int i = 1; i < kNumHoldReasons; ++i) {
+    json["stops_by_reason"][Name(static_cast<HoldReason>(i))] =
+        summary.status.stops_by[static_cast<std::size_t>(i)];
+  }
+  const CalibrationFound& found = summary.status.calibration;
+  json["calibration_found"] = {{"position_m", Number(found.position)},
+                               {"rotation_rad", Number(found.rotation)},
+                               {"focal_share", Number(found.focal)},
+                               {"joint", Number(found.joint)}};
   json["control_periods"] = summary.status.seq;
   json["deadline_misses"] = summary.status.deadline_misses;
   json["loop_time_p50_us"] = Number(summary.status.loop_time_p50_us);

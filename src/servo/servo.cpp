@@ -306,8 +306,8 @@ void Servo::UseImage() noexcept {
   const double time = (standing ? kStandingAverage : 1.0) * options_.offset_time;
   const JointVector q = *joints_.At(features_.exposure, Between);
   UpdateCalibration(q);
-  const Isometry3d X_CE = X_WC_exposure_.inverse() *
-                          EndEffectorPose(task_.view.arm, q - calibration_.joint_bias());
+  const Isometry3d X_CE =
+      X_WC_exposure_.inverse() * EndEffectorPose(task_.view.arm, q - calibration_.joint_bias());
   markers_lost_ = 0;
   for (std::size_t i = 0; i < task_.view.markers.size(); ++i) {
     const Marker& marker = task_.view.markers[i];
@@ -367,6 +367,10 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
   }
   X_WC_exposure_ = features_.X_WC * calibration_.X_CTrue();
   if (!corrected) return;
+  const Isometry3d& X_CTrue = calibration_.X_CTrue();
+  output_.status.calibration = {
+      X_CTrue.translation().norm(), Eigen::AngleAxisd(X_CTrue.linear()).angle(),
+      calibration_.focal_factor() - 1.0, calibration_.joint_bias().lpNorm<Eigen::Infinity>()};
   camera_ = WithFocalFactor(view.camera, calibration_.focal_factor());
   const Isometry3d X_WE = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const auto shift = [&](int id, const Vector3d& p_WBefore, const Vector3d& p_W, Vector2d* offset) {
@@ -378,7 +382,8 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
                (Normalised(before, measured->pixel) - at_before->n);
   };
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
-    shift(view.markers[i].id, X_WEBefore * view.markers[i].p, X_WE * view.markers[i].p, &offset_[i]);
+    shift(view.markers[i].id, X_WEBefore * view.markers[i].p, X_WE * view.markers[i].p,
+          &offset_[i]);
   }
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     shift(task_.goal.marker_ids[i], p_WMarker_[i], p_WMarker_[i], &goal_offset_[i]);
@@ -833,7 +838,7 @@ const ServoOutput& Servo::Step(Time now) noexcept {
                              : ServoState::kHolding;
     const bool moved = before == ServoState::kServoing || before == ServoState::kRepositioning ||
                        before == ServoState::kConverged;
-    if (moved) ++status.stops;
+    if (moved) status.CountStop(reason);
   }
 
   ObservabilityReport& report = output_.observability;

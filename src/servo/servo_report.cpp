@@ -1,5 +1,8 @@
 #include "vantage/servo/servo_report.h"
 
+#include <cmath>
+#include <cstdio>
+
 namespace vantage {
 
 void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
@@ -80,15 +83,39 @@ const char* Name(InputFault fault) noexcept {
   return "UNKNOWN";
 }
 
-std::string DescribeRefused(const ServoStatus& status) {
+namespace {
+
+// "3 REORDERED, 1 NOT_FINITE": the counts that are not 0, by name.
+template <typename Reason, std::size_t kCount>
+std::string DescribeCounts(const std::array<std::int64_t, kCount>& counts) {
   std::string text;
-  for (int i = 0; i < kNumInputFaults; ++i) {
-    const std::int64_t count = status.refused_by[static_cast<std::size_t>(i)];
-    if (count == 0) continue;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (counts[i] == 0) continue;
     if (!text.empty()) text += ", ";
-    text += std::to_string(count) + " " + Name(static_cast<InputFault>(i));
+    text += std::to_string(counts[i]) + " " + Name(static_cast<Reason>(i));
   }
   return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+std::string DescribeRefused(const ServoStatus& status) {
+  return DescribeCounts<InputFault>(status.refused_by);
+}
+
+std::string DescribeStops(const ServoStatus& status) {
+  return DescribeCounts<HoldReason>(status.stops_by);
+}
+
+std::string Describe(const CalibrationFound& found) {
+  constexpr double kDegrees = 180.0 / M_PI;
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(),
+                "camera off by %.1f mm and %.2f deg, focal length by %+.2f %%, encoders by up to "
+                "%.2f deg (or %.1f mm)",
+                1e3 * found.position, kDegrees * found.rotation, 100.0 * found.focal,
+                kDegrees * found.joint, 1e3 * found.joint);
+  return text.data();
 }
 
 }  // namespace vantage

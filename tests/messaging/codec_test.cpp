@@ -211,6 +211,11 @@ TEST(RoundTrip, ServoStatus) {
   EXPECT_EQ(got.refused_by, sent.refused_by);
   EXPECT_EQ(got.dropped_messages, sent.dropped_messages);
   EXPECT_EQ(got.stops, sent.stops);
+  EXPECT_EQ(got.stops_by, sent.stops_by);
+  EXPECT_EQ(got.calibration.position, sent.calibration.position);
+  EXPECT_EQ(got.calibration.rotation, sent.calibration.rotation);
+  EXPECT_EQ(got.calibration.focal, sent.calibration.focal);
+  EXPECT_EQ(got.calibration.joint, sent.calibration.joint);
 }
 
 TEST(RoundTrip, GroundTruth) {
@@ -635,7 +640,8 @@ TEST(ServoStatusRefusals, OneByOne) {
   for (double Wire::*member :
        {&Wire::error_px, &Wire::loop_time_us, &Wire::loop_time_max_us, &Wire::loop_time_p50_us,
         &Wire::loop_time_p99_us, &Wire::loop_time_p999_us, &Wire::lateness_p999_us,
-        &Wire::lateness_max_us}) {
+        &Wire::lateness_max_us, &Wire::calibration_position, &Wire::calibration_rotation,
+        &Wire::calibration_focal, &Wire::calibration_joint}) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = kNaN; }), Refusal::kNotFinite);
   }
   for (std::int32_t Wire::*member : {&Wire::state, &Wire::reason}) {
@@ -652,6 +658,7 @@ TEST(ServoStatusRefusals, OneByOne) {
         &Wire::refused_future}) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = -1; }), Refusal::kOutOfRange);
   }
+  EXPECT_EQ(changed([](Wire* m) { m->stops_by_reason[13] = -1; }), Refusal::kOutOfRange);
   EXPECT_EQ(changed([](Wire* m) { m->utime = -1; }), Refusal::kBadTime);
 }
 

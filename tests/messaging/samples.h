@@ -106,6 +106,9 @@ inline ServoStatus SampleServoStatus() {
   value.refused_by = {1, 2, 3, 4, 5, 6};
   value.dropped_messages = 3;
   value.stops = 5;
+  value.stops_by[2] = 2;
+  value.stops_by[7] = 3;
+  value.calibration = {0.0031, 0.0073, -0.005, 0.0054};
   return value;
 }
 

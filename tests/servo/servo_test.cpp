@@ -178,6 +178,7 @@ void LoseInput(Input lost, HoldReason expected) {
   EXPECT_EQ(out.status.reason, expected) << Name(out.status.reason);
   EXPECT_TRUE(out.command.qdot.isZero(0.0));
   EXPECT_EQ(out.status.stops, 1);
+  EXPECT_EQ(DescribeStops(out.status), std::string("1 ") + Name(expected));
   run.For(0.1);
   EXPECT_EQ(run.Tick().status.state, ServoState::kServoing);
 }

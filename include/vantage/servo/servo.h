@@ -176,10 +176,10 @@ class Servo {
 
   // Of the period under way.
   bool camera_moves_{false};
-  double dt_{0.0};    // since the last one, at most the nominal period [s]
-  JointVector q_;     // now, as read
+  double dt_{0.0};      // since the last one, at most the nominal period [s]
+  JointVector q_;       // now, as read
   JointVector q_true_;  // with the encoders' zeros corrected
-  JointVector qdot_;  // last commanded
+  JointVector qdot_;    // last commanded
   std::optional<Time> moving_since_;
   Eigen::Isometry3d X_WC_measured_{Eigen::Isometry3d::Identity()};
   Eigen::Isometry3d X_WC_{Eigen::Isometry3d::Identity()};  // with its calibration corrected

@@ -45,6 +45,9 @@ enum class HoldReason : int {
   kArmNotFollowing = 13,   ///< The arm is far from where it was told to be: a fault.
 };
 
+/// How many there are.
+inline constexpr int kNumHoldReasons = static_cast<int>(HoldReason::kArmNotFollowing) + 1;
+
 /// Why a message from outside was not used.
 enum class InputFault : int {
   kMalformed = 0,   ///< Not a message of its type.
@@ -94,6 +97,17 @@ struct ObservabilityReport {
 void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
                     ObservabilityReport* report) noexcept;
 
+/// What a servo found to be wrong with the calibration of camera and arm: see CalibrationEstimator.
+struct CalibrationFound {
+  double position{0.0};  ///< Of the camera on its rig: how far off [m].
+  double rotation{0.0};  ///< The same, as an angle [rad].
+  double focal{0.0};     ///< Of the focal length, as a share of it [-].
+  double joint{0.0};     ///< Of the encoder's zero that is off most [rad or m].
+};
+
+/// For people: "camera off by 3.1 mm and 0.42 deg, focal length by +0.50 %, encoders by up to 0.31 deg (or 5.4 mm)".
+[[nodiscard]] std::string Describe(const CalibrationFound& found);
+
 /// Content of the SERVO_STATUS channel.
 struct ServoStatus {
   Time stamp{};                          ///< When this was true: `now` of the period.
@@ -116,15 +130,24 @@ struct ServoStatus {
   std::array<std::int64_t, kNumInputFaults> refused_by{};  ///< The same by InputFault.
   std::int64_t dropped_messages{0};  ///< Messages overwritten by newer ones before they were used.
   std::int64_t stops{0};             ///< Times the servo went from moving to HOLDING or FAULT.
+  std::array<std::int64_t, kNumHoldReasons> stops_by{};  ///< The same by HoldReason.
+  CalibrationFound calibration;                          ///< So far.
 
   /// Counts refused messages, of one reason, in refused_messages and refused_by.
   void CountRefused(InputFault fault, std::int64_t messages = 1) noexcept {
     refused_messages += messages;
     refused_by[static_cast<std::size_t>(fault)] += messages;
   }
+  /// Counts a stop in stops and stops_by.
+  void CountStop(HoldReason why) noexcept {
+    ++stops;
+    ++stops_by[static_cast<std::size_t>(why)];
+  }
 };
 
 /// Refusals for people: "3 REORDERED, 1 NOT_FINITE"; "none".
 [[nodiscard]] std::string DescribeRefused(const ServoStatus& status);
+/// Stops for people: "2 TOO_FEW_FEATURES, 1 STALE_FEATURES"; "none".
+[[nodiscard]] std::string DescribeStops(const ServoStatus& status);
 
 }  // namespace vantage
