@@ -39,7 +39,7 @@ const ServoOutput& Lockstep::Tick(const Spoil& spoil) {
   return output;
 }
 
-LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener) {
+LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener, RunUntil until) {
   Lockstep lockstep(scenario);
   LockstepRun run;
   run.summary.scenario = scenario.name;
@@ -64,14 +64,18 @@ LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener
     }
     run.summary.status = output.status;
     run.summary.observability = output.observability;
-    if (output.status.state == ServoState::kConverged) {
+    if (output.status.state == ServoState::kConverged && !run.summary.converged) {
       run.summary.converged = true;
-      run.summary.end = "converged";
-      break;
+      run.summary.time_to_converge = lockstep.time();
+      if (until == RunUntil::kConverged) {
+        run.summary.end = "converged";
+        break;
+      }
     }
   }
   run.summary.duration = lockstep.time();
-  run.summary.time_to_converge = lockstep.time();
+  if (!run.summary.converged) run.summary.time_to_converge = run.summary.duration;
+  run.q_c = lockstep.active().q_c;
   run.summary.true_error_mm = 1e3 * run.truth.worst_error;
   run.summary.camera_moves = lockstep.active().moves;
   run.summary.limit_violations = run.truth.limit_violations;

@@ -43,6 +43,7 @@ struct LockstepRun {
   RunSummary summary;
   std::vector<RunSample> samples;  ///< 50 per simulated second.
   GroundTruth truth;               ///< At the end.
+  RigVector q_c;  ///< Where the active camera was at the end; empty: it never moved.
 };
 
 /// Told of each sample as it is made; the world is the one it was made of.
@@ -50,8 +51,14 @@ using SampleListener =
     std::function<void(const RunSample& sample, const ObservabilityReport& observability,
                        const ServoStatus& status, World& world)>;
 
-/// Runs until the servo has converged, or for the scenario's time limit.
-[[nodiscard]] LockstepRun RunLockstep(const Scenario& scenario,
-                                      const SampleListener& listener = {});
+/// When a run ends.
+enum class RunUntil {
+  kConverged,  ///< Or at the scenario's time limit.
+  kTimeLimit,  ///< As a goal that moves asks for.
+};
+
+/// Runs the servo until it has converged, or for the scenario's time limit.
+[[nodiscard]] LockstepRun RunLockstep(const Scenario& scenario, const SampleListener& listener = {},
+                                      RunUntil until = RunUntil::kConverged);
 
 }  // namespace vantage::sim

@@ -75,17 +75,24 @@ void Append(const TaskResult& after, TaskResult* all) {
 
 }  // namespace
 
+Scenario NextStage(const Scenario& before, const GoalStage& next, const JointVector& q,
+                   const RigVector& q_c) {
+  Scenario stage = before;
+  stage.task.goal = next.goal;
+  stage.sim.goal_markers = next.goal_markers;
+  stage.p_WG_true = next.p_WG_true;
+  stage.sim.q_start = q;
+  if (stage.active.enabled) stage.q_c_start = q_c;
+  return stage;
+}
+
 TaskResult RunTask(const Scenario& scenario, const SuiteTask& task) {
   Scenario stage = scenario;
   auto lockstep = std::make_unique<Lockstep>(stage);
   TaskResult result = PlayGoal(stage, task.q_goal, lockstep.get());
   for (const GoalStage& next : task.next) {
     if (!result.success) break;
-    stage.task.goal = next.goal;
-    stage.sim.goal_markers = next.goal_markers;
-    stage.p_WG_true = next.p_WG_true;
-    stage.sim.q_start = lockstep->world().truth().q;
-    if (stage.active.enabled) stage.q_c_start = lockstep->active().q_c;
+    stage = NextStage(stage, next, lockstep->world().truth().q, lockstep->active().q_c);
     lockstep = std::make_unique<Lockstep>(stage);
     Append(PlayGoal(stage, next.q_goal, lockstep.get()), &result);
   }

@@ -34,6 +34,11 @@ struct TaskResult {
 inline constexpr double kFollowFrom = 15.0;
 inline constexpr double kFollowMillimetres = 10.0;
 
+/// The next goal of a sequence, from where arm and camera stand.
+/// @param before  The scenario of the goal before, as a strategy plays it.
+[[nodiscard]] Scenario NextStage(const Scenario& before, const GoalStage& next,
+                                 const JointVector& q, const RigVector& q_c);
+
 /// Plays the task to its end in lockstep: until it has converged, all its goals one after the other (the
 /// arm and the camera stay where they are in between), or for the whole time limit where the goal moves.
 /// Deterministic.

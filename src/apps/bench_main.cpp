@@ -13,6 +13,7 @@
 #include "app.h"
 #include "bench_table.h"
 #include "run_lockstep.h"
+#include "sim/suite/run_task.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -166,15 +167,27 @@ int Replay(const Arguments& arguments, const Settings& settings) {
 
   std::string name = Name(entries[0]) + "-" + arguments.replay[1] + "-" + Name(strategy);
   for (char& c : name) c = c == '/' ? '-' : c;
-  scenario.name = name;
-  const RunFolder folder(arguments.out, name);
-  RunConsole console(arguments.quiet);
-  console.Note(name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
-  const RunOutcome outcome = RunInLockstep(scenario, folder, &console);
-  const std::vector<std::string> troubles = folder.Write(outcome.summary, outcome.samples);
-  console.End(outcome.summary, folder.Contents());
-  for (const std::string& trouble : troubles) std::cerr << "vantage-bench: " << trouble << '\n';
-  return outcome.summary.converged ? kExitOk : kExitNotReached;
+  const auto play = [&](const std::string& run_name) {
+    scenario.name = run_name;
+    const RunFolder folder(arguments.out, run_name);
+    RunConsole console(arguments.quiet);
+    console.Note(run_name + " (simulated time" + (settings.kinematic ? ", kinematic)" : ")"));
+    const sim::LockstepRun run = RunInLockstep(
+        scenario, folder, &console,
+        sim::Follows(scenario) ? sim::RunUntil::kTimeLimit : sim::RunUntil::kConverged);
+    const std::vector<std::string> troubles = folder.Write(run.summary, run.samples);
+    console.End(run.summary, folder.Contents());
+    for (const std::string& trouble : troubles) std::cerr << "vantage-bench: " << trouble << '\n';
+    return run;
+  };
+  if (task.next.empty()) return play(name).summary.converged ? kExitOk : kExitNotReached;
+  // Each goal of a sequence has a folder of its own; as in the suite, the first that is not reached is the last.
+  sim::LockstepRun run = play(name + "-goal1");
+  for (std::size_t i = 0; i < task.next.size() && run.summary.converged; ++i) {
+    scenario = sim::NextStage(scenario, task.next[i], run.truth.q, run.q_c);
+    run = play(name + "-goal" + std::to_string(i + 2));
+  }
+  return run.summary.converged ? kExitOk : kExitNotReached;
 }
 
 int List() {

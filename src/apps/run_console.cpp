@@ -80,7 +80,9 @@ void RunConsole::End(const RunSummary& summary, const std::string& folder) {
   if (open_line_) Line("", true);
   std::string text =
       summary.converged ? "converged after " : "NOT converged: " + summary.end + " after ";
-  text += Format("%.2f s: error ", summary.duration) + Short(summary.status.error_px) + " px";
+  text +=
+      Format("%.2f s: error ", summary.converged ? summary.time_to_converge : summary.duration) +
+      Short(summary.status.error_px) + " px";
   if (summary.true_error_mm) text += ", true error " + Short(*summary.true_error_mm) + " mm";
   text += ", " + std::to_string(summary.camera_moves) + " camera moves";
   if (std::isfinite(summary.lowest_trigger_value)) {

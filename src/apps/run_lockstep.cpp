@@ -3,7 +3,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "sim/lockstep.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -20,19 +19,22 @@ void WritePicture(sim::Renderer* renderer, const sim::WorldView& view, const std
 
 }  // namespace
 
-RunOutcome RunInLockstep(const Scenario& scenario, const RunFolder& folder, RunConsole* console) {
+sim::LockstepRun RunInLockstep(const Scenario& scenario, const RunFolder& folder,
+                               RunConsole* console, sim::RunUntil until) {
   sim::Renderer renderer = sim::MakeRenderer(scenario);
   // Both pictures are there even if the servo never had anything to report.
   sim::WorldView last = sim::World(scenario, Time{}).view();
   WritePicture(&renderer, last, folder.File("first.png"));
-  const sim::LockstepRun run = sim::RunLockstep(
-      scenario, [&](const RunSample& sample, const ObservabilityReport& observability,
-                    const ServoStatus& status, sim::World& world) {
+  sim::LockstepRun run = sim::RunLockstep(
+      scenario,
+      [&](const RunSample& sample, const ObservabilityReport& observability,
+          const ServoStatus& status, sim::World& world) {
         last = world.view();
         console->Show(sample, observability, status);
-      });
+      },
+      until);
   WritePicture(&renderer, last, folder.File("last.png"));
-  return {run.summary, run.samples};
+  return run;
 }
 
 }  // namespace vantage

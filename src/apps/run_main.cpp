@@ -126,7 +126,8 @@ int Run(const Arguments& arguments) {
                (arguments.lockstep ? ", simulated time)" : ")"));
   RunOutcome outcome;
   if (arguments.lockstep) {
-    outcome = RunInLockstep(scenario, folder, &console);
+    const sim::LockstepRun run = RunInLockstep(scenario, folder, &console);
+    outcome = {run.summary, run.samples};
   } else {
     ProcessRunOptions options;
     options.scenario = scenario_path;

@@ -1,9 +1,21 @@
 #pragma once
 
-#include "run_lockstep.h"
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "run_console.h"
+#include "run_folder.h"
+#include "vantage/config/scenario.h"
 #include "vantage/messaging/transport.h"
 
 namespace vantage {
+
+/// What came of a run.
+struct RunOutcome {
+  RunSummary summary;
+  std::vector<RunSample> samples;
+};
 
 /// What the processes of a run are told.
 struct ProcessRunOptions {

@@ -15,7 +15,7 @@ TEST_P(BuiltInScenario, ConvergesWithTheActiveCamera) {
   EXPECT_TRUE(run.summary.converged)
       << Name(run.summary.status.state) << " " << Name(run.summary.status.reason) << ", "
       << run.summary.status.error_px << " px, " << run.summary.observability.mm_per_px << " mm/px";
-  EXPECT_LT(1e3 * run.truth.worst_error, 5.0) << "[mm]";
+  EXPECT_LT(1e3 * run.truth.worst_error, 1.5) << "[mm]";
   EXPECT_EQ(run.summary.limit_violations, 0);
 }
 
@@ -30,12 +30,22 @@ INSTANTIATE_TEST_SUITE_P(All, BuiltInScenario,
                            return name;
                          });
 
+TEST(Lockstep, GoesOnToTheTimeLimitWhereToldTo) {
+  Scenario scenario = LoadScenario("planar-good-view");
+  const double first = RunLockstep(scenario).summary.time_to_converge;
+  scenario.time_limit = first + 1.0;
+  const LockstepRun run = RunLockstep(scenario, {}, RunUntil::kTimeLimit);
+  EXPECT_TRUE(run.summary.converged);
+  EXPECT_EQ(run.summary.time_to_converge, first);
+  EXPECT_NEAR(run.summary.duration, first + 1.0, 0.01);
+}
+
 TEST(Lockstep, ConvergesWithVispDots) {
   Scenario scenario = LoadScenario("planar-good-view");
   scenario.vision.kind = DetectorKind::kVispDot;
   const LockstepRun run = RunLockstep(scenario);
   EXPECT_TRUE(run.summary.converged) << run.summary.status.error_px;
-  EXPECT_LT(1e3 * run.truth.worst_error, 5.0) << "[mm]";
+  EXPECT_LT(1e3 * run.truth.worst_error, 1.5) << "[mm]";
 }
 
 TEST(Lockstep, ConvergesThroughBlurAndGainSteps) {
@@ -46,7 +56,7 @@ TEST(Lockstep, ConvergesThroughBlurAndGainSteps) {
   scenario.sim.camera.drop_rate = 0.1;
   const LockstepRun run = RunLockstep(scenario);
   EXPECT_TRUE(run.summary.converged) << run.summary.status.error_px;
-  EXPECT_LT(1e3 * run.truth.worst_error, 5.0) << "[mm]";
+  EXPECT_LT(1e3 * run.truth.worst_error, 1.5) << "[mm]";
 }
 
 // Whole images for ViSP's tag detector take their time: the first second only, at few images.
