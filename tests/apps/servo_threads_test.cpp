@@ -1,0 +1,153 @@
+// All threads of vantage-servo at work at once, with an arm and a camera that this test plays. tools/check tsan runs
+// it in a build whose every data race ends the servo with an exit code of its own.
+
+#include <atomic>
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "becomes_true.h"
+#include "temporary_folder.h"
+#include "vantage/camera/camera_rig.h"
+#include "vantage/camera/pinhole.h"
+#include "vantage/config/scenario.h"
+#include "vantage/messaging/lcm_link.h"
+#include "vantage/messaging/tcp_hub.h"
+#include "vantage/runtime/child_process.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kStep = 0.004;  // of the arm and its messages [s]
+constexpr int kStepsBetweenImages = 5;
+
+TcpHubOptions AnyPort() {
+  TcpHubOptions options;
+  options.port = 0;
+  return options;
+}
+
+// The cell of a scenario: obeys joint velocities and camera poses at once, sees every marker.
+class PlayedCell {
+ public:
+  explicit PlayedCell(const Scenario& scenario)
+      : scenario_(scenario),
+        hub_(AnyPort()),
+        link_({hub_.url(), ""}),
+        q_(scenario.sim.q_start),
+        qdot_(JointVector::Zero(q_.size())),
+        X_WC_(RigPose(scenario.rig, scenario.q_c_start)) {
+    link_.Subscribe<JointCommand>(kJointCommandChannel, [this](const JointCommand& command) {
+      const std::lock_guard lock(mutex_);
+      qdot_ = command.qdot;
+    });
+    link_.Subscribe<CameraPose>(kCameraPoseCommandChannel, [this](const CameraPose& pose) {
+      const std::lock_guard lock(mutex_);
+      X_WC_ = pose.X_WC;
+    });
+    link_.Subscribe<ServoStatus>(kServoStatusChannel, [this](const ServoStatus& status) {
+      const std::lock_guard lock(mutex_);
+      status_ = status;
+    });
+    link_.Subscribe<ObservabilityReport>(kObservabilityChannel,
+                                         [this](const ObservabilityReport& report) {
+                                           const std::lock_guard lock(mutex_);
+                                           camera_moves_ = report.camera_moves;
+                                         });
+    link_.Start();
+    thread_ = std::thread([this] { Play(); });
+  }
+  ~PlayedCell() {
+    done_ = true;
+    thread_.join();
+  }
+  PlayedCell(const PlayedCell&) = delete;
+  PlayedCell& operator=(const PlayedCell&) = delete;
+
+  [[nodiscard]] std::string url() const { return hub_.url(); }
+  [[nodiscard]] ServoStatus status() const {
+    const std::lock_guard lock(mutex_);
+    return status_;
+  }
+  [[nodiscard]] std::int64_t camera_moves() const {
+    const std::lock_guard lock(mutex_);
+    return camera_moves_;
+  }
+
+ private:
+  void Play() {
+    for (int step = 0; !done_; ++step) {
+      std::this_thread::sleep_for(FromSeconds(kStep));
+      JointState joints;
+      CameraPose pose;
+      {
+        const std::lock_guard lock(mutex_);
+        if (qdot_.size() == q_.size()) q_ += kStep * qdot_;
+        joints = {Clock::now(), q_, qdot_};
+        pose = {joints.stamp, X_WC_};
+      }
+      link_.Publish(kJointStateChannel, joints);
+      link_.Publish(kCameraPoseChannel, pose);
+      if (step % kStepsBetweenImages == 0) link_.Publish(kImageFeaturesChannel, See(joints, pose));
+    }
+  }
+
+  [[nodiscard]] ImageFeatures See(const JointState& joints, const CameraPose& pose) const {
+    const ViewModel& view = scenario_.task.view;
+    ImageFeatures image;
+    image.stamp = image.exposure = joints.stamp;
+    image.X_WC = pose.X_WC;
+    const Eigen::Isometry3d X_CE = pose.X_WC.inverse() * EndEffectorPose(view.arm, joints.q);
+    for (const Marker& marker : view.markers) {
+      const auto point = Project(X_CE * marker.p);
+      MarkerMeasurement& seen = image.markers[static_cast<std::size_t>(image.count++)];
+      seen.id = marker.id;
+      seen.valid = point.has_value();
+      if (point) seen.pixel = ToPixel(view.camera, point->n);
+    }
+    return image;
+  }
+
+  Scenario scenario_;
+  TcpHub hub_;
+  mutable std::mutex mutex_;
+  LcmLink link_;
+  JointVector q_, qdot_;
+  Eigen::Isometry3d X_WC_;
+  ServoStatus status_;
+  std::int64_t camera_moves_{0};
+  std::atomic<bool> done_{false};
+  std::thread thread_;
+};
+
+TEST(ServoThreads, ServoWithAMovingCameraAndEndInOrder) {
+  const test::TemporaryFolder folder;
+  const std::string said = (folder.path() / "servo.txt").string();
+  const char* const kScenario = "planar-grazing-view";
+  PlayedCell cell(LoadScenario(kScenario));
+  ChildOptions options;
+  options.arguments = {VANTAGE_SERVO, kScenario, "--priority", "0"};
+  options.environment["LCM_DEFAULT_URL"] = cell.url();
+  options.environment["TSAN_OPTIONS"] = "exitcode=66:halt_on_error=0";
+  options.output = said;
+  ChildProcess servo(options);
+  EXPECT_TRUE(test::BecomesTrue([&] { return cell.camera_moves() > 0; })) << "no camera move";
+  EXPECT_TRUE(test::BecomesTrue([&] { return cell.status().state == ServoState::kConverged; }))
+      << Name(cell.status().state) << " " << Name(cell.status().reason);
+  EXPECT_GT(cell.status().seq, 500);
+  servo.Signal(SIGINT);
+  const auto end = servo.WaitFor(std::chrono::seconds(20));
+  std::ifstream file(said);
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  ASSERT_TRUE(end.has_value()) << text;
+  EXPECT_TRUE(end->success()) << end->ToString() << "\n" << text;
+  EXPECT_EQ(text.find("ThreadSanitizer"), std::string::npos) << text;
+  EXPECT_NE(text.find("last state"), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace vantage
