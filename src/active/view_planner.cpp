@@ -13,6 +13,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 #include "view_candidates.h"
@@ -503,7 +504,7 @@ void Validate(const PlannerOptions& options) {
   if (!(limits.max_depth > limits.min_depth)) {
     refuse("limits.max_depth", "must be > min_depth, is " + std::to_string(limits.max_depth));
   }
-  if (!(limits.max_incidence > 0.0 && limits.max_incidence < M_PI_2)) {
+  if (!(limits.max_incidence > 0.0 && limits.max_incidence < kPi / 2.0)) {
     refuse("limits.max_incidence",
            "must be in (0, pi/2) rad, is " + std::to_string(limits.max_incidence));
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "vantage/camera/pinhole.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -19,7 +20,7 @@ ViewLimits LeastLimits() {
   limits.margin = 0.0;
   limits.min_depth = kMinDepth;
   limits.max_depth = std::numeric_limits<double>::infinity();
-  limits.max_incidence = M_PI / 2.0;
+  limits.max_incidence = kPi / 2.0;
   return limits;
 }
 

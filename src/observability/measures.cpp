@@ -9,12 +9,12 @@
 #include <Eigen/Geometry>
 
 #include "singular_values.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPi = 3.14159265358979323846;
 
 // Entries outside these bounds are scaled, so that their squares neither overflow nor vanish.
 constexpr double kLargest = 1e120;

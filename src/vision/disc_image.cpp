@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "vantage/camera/pinhole.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -16,8 +17,6 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Moments of the disc's image through a bent lens, by a cubature over the undistorted ellipse that is
 // exact for polynomials of degree 5 (Radon's seven points): lenses bend so little over one disc that
