@@ -23,8 +23,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using SquareMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
 
 // What is not seen, or singular, is worth this share of the threshold.
 constexpr double kWorthless = 1e-3;
@@ -62,8 +60,8 @@ int RankBound(const TaskJacobian& J) noexcept {
 }
 
 // JᵀJ or JJᵀ, whichever is smaller.
-SquareMatrix Gram(const TaskJacobian& J) noexcept {
-  SquareMatrix G;
+JointMatrix Gram(const TaskJacobian& J) noexcept {
+  JointMatrix G;
   if (J.rows() < J.cols()) {
     G.noalias() = J.lazyProduct(J.transpose());
   } else {
@@ -73,8 +71,8 @@ SquareMatrix Gram(const TaskJacobian& J) noexcept {
 }
 
 SampleValue SquareValue(const TaskJacobian& J) noexcept {
-  const SquareMatrix square = J;
-  const Eigen::PartialPivLU<SquareMatrix> lu(square);
+  const JointMatrix square = J;
+  const Eigen::PartialPivLU<JointMatrix> lu(square);
   SampleValue value;
   value.sign = lu.permutationP().determinant() > 0 ? 1 : -1;
   for (Eigen::Index i = 0; i < J.cols(); ++i) {
@@ -95,15 +93,15 @@ SampleValue ValueOf(TriggerMeasure measure, const TaskJacobian& J) noexcept {
   const bool volume =
       measure == TriggerMeasure::kGeometricMean || measure == TriggerMeasure::kCompositeW;
   if (volume && J.rows() == J.cols() && s == J.cols()) return SquareValue(J);
-  const SquareMatrix G = Gram(J);
+  const JointMatrix G = Gram(J);
   if (volume && G.rows() == s) {
-    const Eigen::LLT<SquareMatrix> llt(G);
+    const Eigen::LLT<JointMatrix> llt(G);
     if (llt.info() != Eigen::Success) return value;
     // det G = (product of the diagonal)², w = sqrt(det G).
     value.log_value = llt.matrixLLT().diagonal().array().log().sum() / s;
     return value;
   }
-  const Eigen::SelfAdjointEigenSolver<SquareMatrix> eigen(G, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<JointMatrix> eigen(G, Eigen::EigenvaluesOnly);
   const auto largest = eigen.eigenvalues().tail(s);  // ascending squares of singular values
   if (!(largest(0) > 0.0)) return value;
   if (volume) {
