@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "vantage/math/error.h"
+#include "vantage/math/spatial.h"
 
 namespace vantage {
 namespace {
@@ -74,7 +75,7 @@ RigVector CheckedStart(const ViewModel& model, const CameraRig& rig, const RigVe
 }
 
 bool Astray(const Isometry3d& X_WC, const Isometry3d& X_WCommanded) noexcept {
-  const double angle = Eigen::AngleAxisd(X_WC.linear().transpose() * X_WCommanded.linear()).angle();
+  const double angle = AngleBetween(X_WC.linear(), X_WCommanded.linear());
   return (X_WC.translation() - X_WCommanded.translation()).norm() > kAstrayDistance ||
          angle > kAstrayAngle;
 }

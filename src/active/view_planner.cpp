@@ -332,7 +332,7 @@ class Search {
     c.q_c = q_c;
     c.X_WC = RigPose(rig_, q_c);
     c.travel = (c.X_WC.translation() - X_WFrom_.translation()).norm() +
-               Eigen::AngleAxisd(X_WFrom_.linear().transpose() * c.X_WC.linear()).angle();
+               AngleBetween(X_WFrom_.linear(), c.X_WC.linear());
     c.view.seen = scene_.CountUnobstructed(c.X_WC, &c.view.fault);
     for (int i = 0; i < c.view.seen; ++i) c.values[i] = scene_.ValueAt(i, c.X_WC);
     if (c.view.seen == scene_.size()) c.uncertified = scene_.Uncertified(c.X_WC);
@@ -578,7 +578,7 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
                                               !IgnoresRoll(model), scene, &search);
   const auto spoils = [](const Candidate& c, const Isometry3d& X_WSpoiled) {
     return (c.X_WC.translation() - X_WSpoiled.translation()).norm() +
-               Eigen::AngleAxisd(X_WSpoiled.linear().transpose() * c.X_WC.linear()).angle() <
+               AngleBetween(X_WSpoiled.linear(), c.X_WC.linear()) <
            kElsewhere;
   };
   const auto far_enough = [&](const Candidate& c) {

@@ -71,6 +71,10 @@ Twist Displacement(const Isometry3d& X_WA, const Isometry3d& X_WB) noexcept {
   return step;
 }
 
+double AngleBetween(const Matrix3d& R_WA, const Matrix3d& R_WB) noexcept {
+  return Eigen::AngleAxisd(R_WA.transpose() * R_WB).angle();
+}
+
 bool IsPose(const Isometry3d& X) noexcept {
   if (!X.matrix().allFinite()) return false;
   const Matrix3d R = X.linear();

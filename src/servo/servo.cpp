@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "vantage/math/error.h"
+#include "vantage/math/spatial.h"
 #include "vantage/servo/layout_fit.h"
 
 namespace vantage {
@@ -354,8 +355,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
     const Vector3d p_CM = X_WCBefore.inverse() * (X_WEBefore * view.markers[i].p);
     std::optional<CalibrationView>& last = calibrated_at_[i];
     if (last && (p_CM - last->p_CM).norm() < kCalibrationWay &&
-        Eigen::AngleAxisd(last->R_WC.transpose() * X_WCBefore.linear()).angle() <
-            kCalibrationTurn) {
+        AngleBetween(last->R_WC, X_WCBefore.linear()) < kCalibrationTurn) {
       continue;
     }
     last = CalibrationView{p_CM, X_WCBefore.linear()};
@@ -428,7 +428,7 @@ bool Servo::NewView(std::size_t marker) noexcept {
   std::optional<Isometry3d>& X_WLast = goal_seen_from_[marker];
   const Isometry3d& X_WC = X_WC_exposure_;
   if (X_WLast && (X_WLast->translation() - X_WC.translation()).norm() < kNewViewDistance &&
-      Eigen::AngleAxisd(X_WLast->linear().transpose() * X_WC.linear()).angle() < kNewViewAngle) {
+      AngleBetween(X_WLast->linear(), X_WC.linear()) < kNewViewAngle) {
     return false;
   }
   X_WLast = X_WC;

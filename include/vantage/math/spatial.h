@@ -32,6 +32,11 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 [[nodiscard]] Twist Displacement(const Eigen::Isometry3d& X_WA,
                                  const Eigen::Isometry3d& X_WB) noexcept;
 
+/// Angle of the one rotation that takes A's axes to B's [rad], in [0, π]; of the axes of two poses:
+/// AngleBetween(X_WA.linear(), X_WB.linear()).
+[[nodiscard]] double AngleBetween(const Eigen::Matrix3d& R_WA,
+                                  const Eigen::Matrix3d& R_WB) noexcept;
+
 /// True when every entry is finite and the rotation is orthonormal to 1e-6.
 [[nodiscard]] bool IsPose(const Eigen::Isometry3d& X) noexcept;
 
