@@ -74,10 +74,6 @@ JointVector Between(const JointVector& a, const JointVector& b, double fraction)
   return a + fraction * (b - a);
 }
 
-Isometry3d PoseBetween(const Isometry3d& a, const Isometry3d& b, double fraction) {
-  return Advance(a, fraction * Displacement(a, b));
-}
-
 Vector2d Normalised(const CameraModel& camera, const Vector2d& pixel) {
   const double y = (pixel.y() - camera.v0) / camera.fy;
   return {(pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y};

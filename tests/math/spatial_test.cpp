@@ -63,6 +63,21 @@ TEST(Spatial, AdjointMapsTwistsOfOneBody) {
   EXPECT_TRUE(test::Near(moved_by_A.matrix(), moved_by_B.matrix(), 1e-13));
 }
 
+// Equal shares of the way are equal steps, and the ends are the poses themselves.
+TEST(Spatial, PoseBetweenGoesThereAtAConstantTwist) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 20; ++i) {
+    const Isometry3d X_WA = Advance(Isometry3d::Identity(), RandomStep(&random, 1.0));
+    const Isometry3d X_WB = Advance(X_WA, RandomStep(&random, 1.0));
+    EXPECT_TRUE(test::Near(PoseBetween(X_WA, X_WB, 0.0).matrix(), X_WA.matrix(), 0.0));
+    EXPECT_TRUE(test::Near(PoseBetween(X_WA, X_WB, 1.0).matrix(), X_WB.matrix(), 1e-13));
+    const Twist quarter = Displacement(X_WA, PoseBetween(X_WA, X_WB, 0.25));
+    const Twist rest = Displacement(PoseBetween(X_WA, X_WB, 0.5), PoseBetween(X_WA, X_WB, 0.75));
+    EXPECT_TRUE(test::Near(rest, quarter, 1e-12));
+    EXPECT_TRUE(test::Near(4.0 * quarter, Displacement(X_WA, X_WB), 1e-12));
+  }
+}
+
 TEST(Spatial, AngleBetweenIsThatOfTheTurn) {
   std::mt19937 random(6);
   for (const double angle : {0.0, 1e-6, 0.3, 1.5, 3.0}) {
