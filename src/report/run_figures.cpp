@@ -221,8 +221,7 @@ std::vector<FigureRow> GoalInImage(const RunLog& log) {
   for (const Eigen::Vector3d& p_WG : goal.p_WG) {
     const auto image = Project(X_CW * (p_WG + goal.offset_W));
     if (!image) continue;
-    const Eigen::Vector2d pixel =
-        CalibrationJacobian(camera) * image->n + Eigen::Vector2d(camera.u0, camera.v0);
+    const Eigen::Vector2d pixel = ToUndistortedPixel(camera, image->n);
     rows.push_back({pixel.x(), pixel.y()});
   }
   return rows;

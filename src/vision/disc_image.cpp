@@ -66,7 +66,7 @@ PlaneAxes AxesOfPlane(const Vector3d& normal) noexcept {
 
 Vector2d UndistortPixel(const CameraModel& camera, const Vector2d& pixel) noexcept {
   if (camera.distortion.none()) return pixel;
-  return CalibrationJacobian(camera) * ToNormalised(camera, pixel) + Vector2d(camera.u0, camera.v0);
+  return ToUndistortedPixel(camera, ToNormalised(camera, pixel));
 }
 
 std::optional<DiscImage> ProjectDisc(const CameraModel& camera, const Vector3d& p_C,
@@ -88,11 +88,10 @@ std::optional<DiscImage> ProjectDisc(const CameraModel& camera, const Vector3d& 
 
   DiscImage image;
   const Matrix2d K = CalibrationJacobian(camera);
-  const Vector2d principal(camera.u0, camera.v0);
-  image.centre = K * (p_C.head<2>() / p_C.z()) + principal;
+  image.centre = ToUndistortedPixel(camera, p_C.head<2>() / p_C.z());
   image.depth = p_C.z();
   image.cos_incidence = -normal_C.dot(p_C.normalized());
-  image.centroid = K * n_centre + principal;
+  image.centroid = ToUndistortedPixel(camera, n_centre);
   image.shape = K * n_shape * K.transpose();
   image.area = kPi * std::sqrt(std::max(0.0, image.shape.determinant()));
   if (!camera.distortion.none()) BendImage(camera, n_centre, n_shape, &image);
