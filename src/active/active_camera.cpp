@@ -435,9 +435,7 @@ const ActiveOutput& ActiveCamera::Publish(const ActiveInputs& inputs) {
   started_ = true;
   last_step_ = inputs.now;
   output_.q_c = motion_.q_c();
-  output_.qdot_c = motion_.qdot_c();
   output_.X_WC = RigPose(rig_, output_.q_c);
-  output_.V_WC_C = RigJacobian(rig_, output_.q_c) * output_.qdot_c;
   return output_;
 }
 
