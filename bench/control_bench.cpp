@@ -20,6 +20,7 @@
 
 #include "allocation_guard.h"
 #include "vantage/config/loaders.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 #include "vantage/runtime/periodic_loop.h"
 #include "vantage/runtime/realtime.h"
@@ -41,7 +42,7 @@ constexpr int kPeriodsPerImage = 16;  // 60 images a second
 
 JointVector Degrees(std::initializer_list<double> values) {
   JointVector q(static_cast<Eigen::Index>(values.size()));
-  std::transform(values.begin(), values.end(), q.data(), [](double v) { return v * M_PI / 180.0; });
+  std::transform(values.begin(), values.end(), q.data(), [](double v) { return v * kPi / 180.0; });
   return q;
 }
 
@@ -86,7 +87,7 @@ struct Task {
     for (int i = 0; i < points; ++i) {
       markers[i].id = i;
       // Two rings, so that the points lie in no plane.
-      const double angle = 2.0 * M_PI * i / points;
+      const double angle = 2.0 * kPi * i / points;
       markers[i].p = {0.07 * std::cos(angle), 0.07 * std::sin(angle), i % 2 == 0 ? 0.02 : 0.05};
     }
     return markers;

@@ -15,6 +15,7 @@
 #include <nlopt.hpp>
 
 #include "cell.h"
+#include "vantage/math/angles.h"
 #include "vantage/plan/camera_path.h"
 #include "vantage/plan/placement.h"
 
@@ -49,9 +50,9 @@ PlacementProblem Instance(int seed, int parameters, int joints) {
   problem.rig.kind = RigKind::kSpherical;
   problem.rig.target_W = {between(-0.1, 0.3), between(-0.1, 0.3), between(0.6, 1.0)};
   problem.rig.axes = {
-      {"R", 0.5, 5.0, 1.0, 1.0}, {"theta", 0.05, 1.5, 1.0, 1.0}, {"phi", -M_PI, M_PI, 1.0, 1.0}};
+      {"R", 0.5, 5.0, 1.0, 1.0}, {"theta", 0.05, 1.5, 1.0, 1.0}, {"phi", -kPi, kPi, 1.0, 1.0}};
   if (parameters == 6) {
-    problem.rig.axes.push_back({"roll", -M_PI, M_PI, 1.0, 1.0});
+    problem.rig.axes.push_back({"roll", -kPi, kPi, 1.0, 1.0});
     problem.rig.axes.push_back({"pan", -0.4, 0.4, 1.0, 1.0});
     problem.rig.axes.push_back({"tilt", -0.4, 0.4, 1.0, 1.0});
     problem.q_c_start = RigVector::Zero(6);

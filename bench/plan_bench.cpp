@@ -24,6 +24,7 @@
 
 #include "cell.h"
 #include "vantage/camera/camera_rig.h"
+#include "vantage/math/angles.h"
 #include "vantage/observability/batch.h"
 #include "vantage/robot/kinematics.h"
 
@@ -104,7 +105,7 @@ const std::vector<Isometry3d>& Poses() {
     std::vector<Isometry3d> result;
     for (int i = 0; i < kCameras; ++i) {
       const double theta = std::acos(1.0 - 1.6 * (i + 0.5) / kCameras);
-      const double phi = std::fmod(2.399963229728653 * i, 2.0 * M_PI);
+      const double phi = std::fmod(2.399963229728653 * i, 2.0 * kPi);
       result.push_back(SphericalPose(RigOrientation::kLookAt, Vector3d(0, 0, 0.6),
                                      {2.2 + 0.6 * (i % 7) / 7.0, theta, phi, 0.3}));
     }

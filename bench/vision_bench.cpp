@@ -17,6 +17,7 @@
 #include "sim/render/arm_scene.h"
 #include "sim/render/renderer.h"
 #include "vantage/config/scenario.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 #include "vantage/servo/servo.h"
 #include "vantage/vision/marker_tracker.h"
@@ -124,7 +125,7 @@ std::unique_ptr<Cell> MakeCell(const Size& size, int triangles) {
   const ArmModel& arm = cell->scenario.task.view.arm;
   for (int i = 0; i < kStates; ++i) {
     // There and back, without a jump.
-    const double s = 0.05 * std::sin(2.0 * M_PI * i / kStates);
+    const double s = 0.05 * std::sin(2.0 * kPi * i / kStates);
     Moment moment;
     moment.q = cell->scenario.sim.q_start + s * JointVector::Ones(arm.size());
     moment.scene = {ComputeLinkPoses(arm, moment.q), EndEffectorPose(arm, moment.q)};

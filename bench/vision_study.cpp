@@ -7,6 +7,7 @@
 
 #include "sim/effects.h"
 #include "sim/render/renderer.h"
+#include "vantage/math/angles.h"
 
 namespace vantage::bench {
 namespace {
@@ -81,11 +82,11 @@ Shot MakeShot(const Condition& condition, std::mt19937* random) {
   shot.state.X_WE.translation() << 0.0, 0.0, 0.8;
   const Vector3d target = shot.state.X_WE.translation();
   const double incidence = 0.55 + 0.5 * next();
-  const double azimuth = M_PI * next();
+  const double azimuth = kPi * next();
   const Vector3d out(std::sin(incidence) * std::cos(azimuth),
                      std::sin(incidence) * std::sin(azimuth), std::cos(incidence));
   const double distance = 1.1 + 0.5 * next();
-  shot.X_WC = LookAt(target + distance * out, target, M_PI * next());
+  shot.X_WC = LookAt(target + distance * out, target, kPi * next());
   // Where the markers' middle lies in the image.
   Vector2d pixel(320.0 + 180.0 * next(), 240.0 + 120.0 * next());
   if (condition.border) {
@@ -106,13 +107,13 @@ Shot MakeShot(const Condition& condition, std::mt19937* random) {
   }
   const Vector2d n = ToNormalised(Camera(), pixel);
   shot.X_WC.translation() -= shot.X_WC.linear() * Vector3d(n.x(), n.y(), 0.0) * distance;
-  const double heading = M_PI * next();
+  const double heading = kPi * next();
   shot.drift_C =
       condition.motion * distance / Camera().fx * Vector2d(std::cos(heading), std::sin(heading));
   if (condition.bar) {
     Isometry3d& X_WL = shot.state.X_WL[0];
-    X_WL = Isometry3d(Eigen::AngleAxisd(M_PI * next(), Vector3d::UnitX()) *
-                      Eigen::AngleAxisd(M_PI * next(), Vector3d::UnitY()));
+    X_WL = Isometry3d(Eigen::AngleAxisd(kPi * next(), Vector3d::UnitX()) *
+                      Eigen::AngleAxisd(kPi * next(), Vector3d::UnitY()));
     X_WL.translation() = target + 0.12 * distance * out + 0.06 * Vector3d(next(), next(), next());
   }
   return shot;

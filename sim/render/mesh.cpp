@@ -4,13 +4,13 @@
 #include <cassert>
 #include <cmath>
 
+#include "vantage/math/angles.h"
+
 namespace vantage::sim {
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Rotation about the line of a and b that takes z to the direction from a to b.
 Isometry3d AxisFrame(const Vector3d& a, const Vector3d& b) {

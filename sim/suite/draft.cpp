@@ -5,6 +5,7 @@
 
 #include "sim/goal_motion.h"
 #include "vantage/config/loaders.h"
+#include "vantage/math/angles.h"
 #include "vantage/observability/measures.h"
 #include "vantage/servo/branch_choice.h"
 
@@ -14,7 +15,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180.0;
 constexpr int kMotionSamples = 9;
 // Views tried before a task counts as infeasible.
 constexpr int kFeasibilityDraws = 300;
@@ -322,7 +322,7 @@ RigVector DrawCamera(const Draft& draft, Random* random) {
   for (int i = 0; i < rig.size(); ++i) {
     const RigAxis& axis = rig.axes[static_cast<std::size_t>(i)];
     // One turn is enough of what can turn twice.
-    const double half = std::min(0.5 * (axis.upper - axis.lower), M_PI);
+    const double half = std::min(0.5 * (axis.upper - axis.lower), kPi);
     const double middle = 0.5 * (axis.upper + axis.lower);
     q_c(i) = Uniform(random, middle - half, middle + half);
   }

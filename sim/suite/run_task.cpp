@@ -1,11 +1,11 @@
 #include "sim/suite/run_task.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "sim/lockstep.h"
 #include "sim/suite/quantile.h"
+#include "vantage/math/angles.h"
 
 namespace vantage::sim {
 namespace {
@@ -38,7 +38,7 @@ TaskResult PlayGoal(const Scenario& scenario, const JointVector& q_goal, Lockste
   const GroundTruth truth = lockstep->world().truth();
   result.duration = lockstep->time();
   result.true_error_mm = follows ? Quantile(errors, 0.95) : 1e3 * truth.worst_error;
-  result.joint_error_deg = (truth.q - q_goal).lpNorm<Eigen::Infinity>() * 180.0 / M_PI;
+  result.joint_error_deg = (truth.q - q_goal).lpNorm<Eigen::Infinity>() * 180.0 / kPi;
   result.error_px = status.error_px;
   result.moves = lockstep->active().moves;
   result.limit_violations = truth.limit_violations;

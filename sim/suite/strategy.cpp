@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sim/suite/draft.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/observability/measures.h"
 
@@ -89,7 +90,7 @@ RigVector PlaceCamera(const Scenario& scenario, bool minimax) {
     RigVector q_c = best_q_c;
     for (int axis = 0; axis < rig.size(); ++axis) {
       const RigAxis& bounds = rig.axes[static_cast<std::size_t>(axis)];
-      const double half = std::min(0.5 * (bounds.upper - bounds.lower), M_PI);
+      const double half = std::min(0.5 * (bounds.upper - bounds.lower), kPi);
       q_c(axis) = 0.5 * (bounds.upper + bounds.lower) + half * unit(random);
     }
     attempt(AimAt(rig, q_c, 0.5 * (a + b)));

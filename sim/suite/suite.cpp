@@ -7,6 +7,7 @@
 
 #include "sim/goal_motion.h"
 #include "sim/suite/draft.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage::sim {
@@ -15,7 +16,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kDegree = M_PI / 180.0;
 constexpr int kTaskDraws = 2000000;
 constexpr int kCameraDraws = 3000;
 
@@ -138,7 +138,7 @@ double FrontAzimuth(Random* random, const Draft& draft) {
   const Vector3d& normal_W = draft.goal_markers.front().normal_W;
   const bool upwards = normal_W.head<2>().norm() < 0.2;
   const double front =
-      upwards ? Uniform(random, -M_PI, M_PI) : std::atan2(normal_W.y(), normal_W.x());
+      upwards ? Uniform(random, -kPi, kPi) : std::atan2(normal_W.y(), normal_W.x());
   return front + Uniform(random, -60.0, 60.0) * kDegree;
 }
 
@@ -165,7 +165,7 @@ void OnRail(Random* random, Draft* draft) {
 
 void OnSector(Random* random, Draft* draft) {
   RigAxis& phi = draft->scenario.rig.axes[2];
-  const double middle = std::remainder(FrontAzimuth(random, *draft), 2.0 * M_PI);
+  const double middle = std::remainder(FrontAzimuth(random, *draft), 2.0 * kPi);
   phi.lower = middle - 30.0 * kDegree;
   phi.upper = middle + 30.0 * kDegree;
 }

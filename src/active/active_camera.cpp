@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "vantage/math/error.h"
+#include "vantage/math/spatial.h"
 
 namespace vantage {
 namespace {
@@ -74,7 +75,7 @@ RigVector CheckedStart(const ViewModel& model, const CameraRig& rig, const RigVe
 }
 
 bool Astray(const Isometry3d& X_WC, const Isometry3d& X_WCommanded) noexcept {
-  const double angle = Eigen::AngleAxisd(X_WC.linear().transpose() * X_WCommanded.linear()).angle();
+  const double angle = AngleBetween(X_WC.linear(), X_WCommanded.linear());
   return (X_WC.translation() - X_WCommanded.translation()).norm() > kAstrayDistance ||
          angle > kAstrayAngle;
 }
@@ -434,9 +435,7 @@ const ActiveOutput& ActiveCamera::Publish(const ActiveInputs& inputs) {
   started_ = true;
   last_step_ = inputs.now;
   output_.q_c = motion_.q_c();
-  output_.qdot_c = motion_.qdot_c();
   output_.X_WC = RigPose(rig_, output_.q_c);
-  output_.V_WC_C = RigJacobian(rig_, output_.q_c) * output_.qdot_c;
   return output_;
 }
 

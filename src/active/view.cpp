@@ -8,6 +8,7 @@
 #include "vantage/camera/pinhole.h"
 #include "vantage/features/pixel_feature.h"
 #include "vantage/features/point_feature.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 
@@ -64,7 +65,7 @@ const std::array<Eigen::Vector2d, 12>& RimDirections() {
   static const auto directions = [] {
     std::array<Eigen::Vector2d, 12> result;
     for (std::size_t i = 0; i < result.size(); ++i) {
-      const double angle = 2.0 * M_PI * static_cast<double>(i) / static_cast<double>(result.size());
+      const double angle = 2.0 * kPi * static_cast<double>(i) / static_cast<double>(result.size());
       result[i] = {std::cos(angle), std::sin(angle)};
     }
     return result;

@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "vantage/math/angles.h"
+
 namespace vantage {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2.0 * M_PI;
+constexpr double kTurn = 2.0 * kPi;
 constexpr double kGolden = 0.6180339887498949;   // 1 / golden ratio
 constexpr double kPlastic = 0.7548776662466927;  // 1 / plastic number: even beside the golden one
 // Powers of 1 / 1.2207..., the root of x^4 = x + 1: evenly spread in three dimensions.
@@ -95,7 +97,7 @@ void AddByArm(const CameraRig& rig, const RigVector& q_c, const Vector3d& aim_W,
     if ((X_WC.translation() - shoulder_W).norm() > reach) continue;
     const Eigen::Quaterniond turn =
         Eigen::Quaterniond::FromTwoVectors(X_WNow.linear().col(2), -outward);
-    const double roll = i % 2 == 0 ? 0.0 : M_PI * (Fraction(kPlastic * i) - 0.5);
+    const double roll = i % 2 == 0 ? 0.0 : kPi * (Fraction(kPlastic * i) - 0.5);
     X_WC.linear() = turn.toRotationMatrix() * X_WNow.linear() *
                     Eigen::AngleAxisd(roll, Vector3d::UnitZ()).toRotationMatrix();
     // The search starts from the nearest place that was found before.

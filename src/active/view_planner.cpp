@@ -13,6 +13,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 #include "view_candidates.h"
@@ -22,8 +23,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using SquareMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
 
 // What is not seen, or singular, is worth this share of the threshold.
 constexpr double kWorthless = 1e-3;
@@ -61,8 +60,8 @@ int RankBound(const TaskJacobian& J) noexcept {
 }
 
 // JᵀJ or JJᵀ, whichever is smaller.
-SquareMatrix Gram(const TaskJacobian& J) noexcept {
-  SquareMatrix G;
+JointMatrix Gram(const TaskJacobian& J) noexcept {
+  JointMatrix G;
   if (J.rows() < J.cols()) {
     G.noalias() = J.lazyProduct(J.transpose());
   } else {
@@ -72,8 +71,8 @@ SquareMatrix Gram(const TaskJacobian& J) noexcept {
 }
 
 SampleValue SquareValue(const TaskJacobian& J) noexcept {
-  const SquareMatrix square = J;
-  const Eigen::PartialPivLU<SquareMatrix> lu(square);
+  const JointMatrix square = J;
+  const Eigen::PartialPivLU<JointMatrix> lu(square);
   SampleValue value;
   value.sign = lu.permutationP().determinant() > 0 ? 1 : -1;
   for (Eigen::Index i = 0; i < J.cols(); ++i) {
@@ -94,15 +93,15 @@ SampleValue ValueOf(TriggerMeasure measure, const TaskJacobian& J) noexcept {
   const bool volume =
       measure == TriggerMeasure::kGeometricMean || measure == TriggerMeasure::kCompositeW;
   if (volume && J.rows() == J.cols() && s == J.cols()) return SquareValue(J);
-  const SquareMatrix G = Gram(J);
+  const JointMatrix G = Gram(J);
   if (volume && G.rows() == s) {
-    const Eigen::LLT<SquareMatrix> llt(G);
+    const Eigen::LLT<JointMatrix> llt(G);
     if (llt.info() != Eigen::Success) return value;
     // det G = (product of the diagonal)², w = sqrt(det G).
     value.log_value = llt.matrixLLT().diagonal().array().log().sum() / s;
     return value;
   }
-  const Eigen::SelfAdjointEigenSolver<SquareMatrix> eigen(G, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<JointMatrix> eigen(G, Eigen::EigenvaluesOnly);
   const auto largest = eigen.eigenvalues().tail(s);  // ascending squares of singular values
   if (!(largest(0) > 0.0)) return value;
   if (volume) {
@@ -333,7 +332,7 @@ class Search {
     c.q_c = q_c;
     c.X_WC = RigPose(rig_, q_c);
     c.travel = (c.X_WC.translation() - X_WFrom_.translation()).norm() +
-               Eigen::AngleAxisd(X_WFrom_.linear().transpose() * c.X_WC.linear()).angle();
+               AngleBetween(X_WFrom_.linear(), c.X_WC.linear());
     c.view.seen = scene_.CountUnobstructed(c.X_WC, &c.view.fault);
     for (int i = 0; i < c.view.seen; ++i) c.values[i] = scene_.ValueAt(i, c.X_WC);
     if (c.view.seen == scene_.size()) c.uncertified = scene_.Uncertified(c.X_WC);
@@ -503,7 +502,7 @@ void Validate(const PlannerOptions& options) {
   if (!(limits.max_depth > limits.min_depth)) {
     refuse("limits.max_depth", "must be > min_depth, is " + std::to_string(limits.max_depth));
   }
-  if (!(limits.max_incidence > 0.0 && limits.max_incidence < M_PI_2)) {
+  if (!(limits.max_incidence > 0.0 && limits.max_incidence < kPi / 2.0)) {
     refuse("limits.max_incidence",
            "must be in (0, pi/2) rad, is " + std::to_string(limits.max_incidence));
   }
@@ -579,7 +578,7 @@ ViewPlan PlanView(const ViewModel& model, const CameraRig& rig, const TriggerOpt
                                               !IgnoresRoll(model), scene, &search);
   const auto spoils = [](const Candidate& c, const Isometry3d& X_WSpoiled) {
     return (c.X_WC.translation() - X_WSpoiled.translation()).norm() +
-               Eigen::AngleAxisd(X_WSpoiled.linear().transpose() * c.X_WC.linear()).angle() <
+               AngleBetween(X_WSpoiled.linear(), c.X_WC.linear()) <
            kElsewhere;
   };
   const auto far_enough = [&](const Candidate& c) {

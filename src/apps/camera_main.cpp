@@ -76,7 +76,7 @@ class Surroundings {
   }
   [[nodiscard]] Eigen::Isometry3d PoseAt(Time time) const {
     const std::lock_guard lock(mutex_);
-    return poses_.At(time, Interpolate).value_or(X_start_);
+    return poses_.At(time, PoseBetween).value_or(X_start_);
   }
   [[nodiscard]] bool has_joints() const {
     const std::lock_guard lock(mutex_);
@@ -84,14 +84,6 @@ class Surroundings {
   }
 
  private:
-  static Eigen::Isometry3d Interpolate(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
-                                       double s) {
-    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    X.linear() = Eigen::Quaterniond(a.linear()).slerp(s, Eigen::Quaterniond(b.linear())).matrix();
-    X.translation() = a.translation() + s * (b.translation() - a.translation());
-    return X;
-  }
-
   mutable std::mutex mutex_;
   JointVector q_start_;
   Eigen::Isometry3d X_start_;

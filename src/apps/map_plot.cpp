@@ -7,13 +7,12 @@
 #include <iomanip>
 #include <numeric>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/report/gnuplot.h"
 
 namespace vantage {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 
 std::string Short(double value) {
   char text[32];
@@ -130,8 +129,8 @@ std::string PiText(int twelfths) {
 
 // Tics at fractions of π where the range of an angle has its ends at some; else gnuplot's own.
 std::string Tics(const SweepAxis& axis, char name) {
-  const double lower = std::min(axis.from, axis.to) / M_PI * 12.0;
-  const double upper = std::max(axis.from, axis.to) / M_PI * 12.0;
+  const double lower = std::min(axis.from, axis.to) / kPi * 12.0;
+  const double upper = std::max(axis.from, axis.to) / kPi * 12.0;
   const int first = static_cast<int>(std::lround(lower)),
             last = static_cast<int>(std::lround(upper));
   if (axis.unit != "rad" || std::abs(lower - first) > 1e-9 || std::abs(upper - last) > 1e-9)
@@ -143,7 +142,7 @@ std::string Tics(const SweepAxis& axis, char name) {
   std::string tics = std::string("set ") + name + "tics (";
   for (int k = first; k <= last; k += step) {
     char value[32];
-    std::snprintf(value, sizeof value, "%.17g", k * M_PI / 12.0);
+    std::snprintf(value, sizeof value, "%.17g", k * kPi / 12.0);
     tics += (k == first ? "\"" : ", \"") + PiText(k) + "\" " + value;
   }
   return tics + ")\n";

@@ -1,11 +1,11 @@
 #include "map_recipe.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <sstream>
 
 #include "vantage/config/loaders.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -82,7 +82,7 @@ void CheckRange(const Section& section, const MeasureSetup& setup, const SweepAx
     }
     if (std::min(axis.from, axis.to) < lower - 1e-9 ||
         std::max(axis.from, axis.to) > upper + 1e-9) {
-      const double unit = axis.unit == "rad" ? 180.0 / M_PI : 1.0;
+      const double unit = axis.unit == "rad" ? kDegreesPerRadian : 1.0;
       std::ostringstream reason;
       reason << "the range of " << axis.name << " must be in [" << lower * unit << ", "
              << upper * unit << (axis.unit == "rad" ? "] deg" : "]") << ", is from "

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "vantage/camera/pinhole.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -19,7 +20,7 @@ ViewLimits LeastLimits() {
   limits.margin = 0.0;
   limits.min_depth = kMinDepth;
   limits.max_depth = std::numeric_limits<double>::infinity();
-  limits.max_incidence = M_PI / 2.0;
+  limits.max_incidence = kPi / 2.0;
   return limits;
 }
 
@@ -44,7 +45,6 @@ void ViewPoints(const MeasureSetup& setup, const JointVector& q, Measurement* m)
   std::vector<PlacedCapsule> capsules;
   PlaceCapsules(setup.arm, q, &capsules);
   const Eigen::Isometry3d X_CW = m->X_WC.inverse();
-  const Eigen::Matrix2d K = CalibrationJacobian(setup.camera);
   for (const MeasuredPoint& point : setup.points) {
     const Eigen::Isometry3d X_WP =
         point.on_body ? m->kinematics.X_WE : Eigen::Isometry3d::Identity();
@@ -54,7 +54,7 @@ void ViewPoints(const MeasureSetup& setup, const JointVector& q, Measurement* m)
     m->depth.push_back(p_CP.z());
     m->uv.emplace_back(0.0, 0.0);
     if (view.visible) {
-      m->uv.back() = K * view.image.n + Eigen::Vector2d(setup.camera.u0, setup.camera.v0);
+      m->uv.back() = ToUndistortedPixel(setup.camera, view.image.n);
     }
     view.visible = m->faults.back() == ViewFault::kNone;
     m->views.push_back(view);

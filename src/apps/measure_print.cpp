@@ -8,12 +8,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "vantage/math/angles.h"
+
 namespace vantage {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kDegreesPerRadian = 180.0 / M_PI;
 const char* const kTwistNames[] = {"vx", "vy", "vz", "wx", "wy", "wz"};
 
 // ---- JSON ----

@@ -8,6 +8,7 @@
 #include "vantage/active/trigger.h"
 #include "vantage/config/loaders.h"
 #include "vantage/config/oracle_case.h"
+#include "vantage/math/angles.h"
 #include "vantage/observability/measures.h"
 
 namespace vantage {
@@ -53,9 +54,9 @@ RigSetup LoadSphere(const Section& section) {
       section.Degrees("roll_deg", {-3600.0, 3600.0, "deg"}, 0.0, "Turn about the optical axis.");
   // The axes are free: a map sweeps them where it likes.
   setup.rig.axes = {{"R", 1e-3, kFarthest, 1.0, 1.0},
-                    {"theta", 0.0, M_PI, 1.0, 1.0},
-                    {"phi", -20.0 * M_PI, 20.0 * M_PI, 1.0, 1.0},
-                    {"roll", -20.0 * M_PI, 20.0 * M_PI, 1.0, 1.0}};
+                    {"theta", 0.0, kPi, 1.0, 1.0},
+                    {"phi", -20.0 * kPi, 20.0 * kPi, 1.0, 1.0},
+                    {"roll", -20.0 * kPi, 20.0 * kPi, 1.0, 1.0}};
   return setup;
 }
 

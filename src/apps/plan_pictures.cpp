@@ -13,13 +13,12 @@
 #include "plan_print.h"
 #include "sim/render/arm_scene.h"
 #include "sim/render/renderer.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/report/gnuplot.h"
 
 namespace vantage {
 namespace {
-
-constexpr double kDegrees = 180.0 / M_PI;
 
 std::vector<int> FreeAxes(const CameraRig& rig) {
   std::vector<int> axes;
@@ -50,7 +49,7 @@ struct Scale {
 };
 Scale ScaleOf(const CameraRig& rig, int axis) {
   const bool length = !AxisTurns(rig, axis);
-  return {length ? 1.0 : kDegrees,
+  return {length ? 1.0 : kDegreesPerRadian,
           GnuplotLiteral(rig.axes[axis].name) + (length ? " [m]" : " [deg]")};
 }
 

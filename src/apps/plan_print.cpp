@@ -7,10 +7,10 @@
 
 #include <unistd.h>
 
+#include "vantage/math/angles.h"
+
 namespace vantage {
 namespace {
-
-constexpr double kDegrees = 180.0 / M_PI;
 
 std::string Format(const char* format, ...) __attribute__((format(printf, 1, 2)));
 std::string Format(const char* format, ...) {
@@ -91,7 +91,7 @@ std::string CoordinatesText(const CameraRig& rig, const RigVector& q_c) {
   for (int i = 0; i < rig.size(); ++i) {
     const bool turns = AxisTurns(rig, i);
     text += Format("%s%s %.6g %s", i > 0 ? ", " : "", rig.axes[i].name.c_str(),
-                   q_c(i) * (turns ? kDegrees : 1.0), turns ? "deg" : "m");
+                   q_c(i) * (turns ? kDegreesPerRadian : 1.0), turns ? "deg" : "m");
   }
   return text.empty() ? "a fixed camera" : text;
 }

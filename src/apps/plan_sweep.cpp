@@ -2,19 +2,18 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <map>
 #include <sstream>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
 
-constexpr double kDegrees = 180.0 / M_PI;
 // Of a line of the table.
 constexpr std::size_t kCaseField = 1, kBaseField = 2, kFoundField = 6, kValueField = 7;
 
@@ -62,7 +61,7 @@ std::string LineOf(const PlacementSetup& setup, int item, const PlacedCamera& ca
   for (const double value : {base.shift.x(), base.shift.y(), base.shift.z()}) {
     line += "," + Exact(value);
   }
-  line += "," + Exact(base.yaw * kDegrees) + (camera.feasible ? ",1" : ",0");
+  line += "," + Exact(base.yaw * kDegreesPerRadian) + (camera.feasible ? ",1" : ",0");
   const Eigen::Vector3d& p = camera.X_WC.translation();
   const Eigen::Quaterniond q(camera.X_WC.linear());
   for (const double value : {camera.value, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {

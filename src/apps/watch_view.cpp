@@ -5,10 +5,11 @@
 #include <cstdio>
 #include <limits>
 
+#include "vantage/math/angles.h"
+
 namespace vantage {
 namespace {
 
-constexpr double kDegrees = 180.0 / M_PI;
 constexpr Duration kStale = std::chrono::milliseconds(500);
 constexpr int kLabel = 14;
 constexpr int kNumber = 12;
@@ -212,7 +213,7 @@ class Page {
       const ArmModel& arm = state_.scenario->task.view.arm;
       const JointLimits& limit = arm.limits()[static_cast<std::size_t>(i)];
       const bool turns = arm.joint_kinds()[static_cast<std::size_t>(i)] == JointKind::kRevolute;
-      const double unit = turns ? kDegrees : 1e3;
+      const double unit = turns ? kDegreesPerRadian : 1e3;
       const double share = (joints.q(i) - limit.lower) / (limit.upper - limit.lower);
       const double speed = std::abs(joints.qdot(i)) / limit.velocity;
       const bool near = share < 0.03 || share > 0.97;

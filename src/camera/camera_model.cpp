@@ -41,14 +41,21 @@ Matrix2d CalibrationJacobian(const CameraModel& camera) noexcept {
   return K;
 }
 
+Vector2d ToUndistortedPixel(const CameraModel& camera, const Vector2d& n) noexcept {
+  return CalibrationJacobian(camera) * n + Vector2d(camera.u0, camera.v0);
+}
+
+Vector2d FromUndistortedPixel(const CameraModel& camera, const Vector2d& pixel) noexcept {
+  const double y = (pixel.y() - camera.v0) / camera.fy;
+  return {(pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y};
+}
+
 Vector2d ToPixel(const CameraModel& camera, const Vector2d& n) noexcept {
-  return CalibrationJacobian(camera) * Distort(camera.distortion, n) +
-         Vector2d(camera.u0, camera.v0);
+  return ToUndistortedPixel(camera, Distort(camera.distortion, n));
 }
 
 Vector2d ToNormalised(const CameraModel& camera, const Vector2d& pixel) noexcept {
-  const double y = (pixel.y() - camera.v0) / camera.fy;
-  const Vector2d distorted((pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y);
+  const Vector2d distorted = FromUndistortedPixel(camera, pixel);
   Vector2d n = distorted;
   if (camera.distortion.none()) return n;
   for (int i = 0; i < 20; ++i) {

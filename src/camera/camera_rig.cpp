@@ -7,6 +7,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -17,7 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector4d;
 
-constexpr double kTurn = 2.0 * M_PI;
+constexpr double kTurn = 2.0 * kPi;
 // What a radian of orientation weighs against a metre where an arm cannot reach both.
 constexpr double kMetresPerRadian = 0.1;
 
@@ -473,7 +474,7 @@ void Validate(const CameraRig& rig) {
       Refuse("camera_rig.axes." + R.name + ".limits", "lower must be > 0 m, is " + Text(R.lower));
     }
     const RigAxis& theta = rig.axes[kTheta];
-    if (theta.lower < 0.0 || theta.upper > M_PI) {
+    if (theta.lower < 0.0 || theta.upper > kPi) {
       Refuse("camera_rig.axes." + theta.name + ".limits",
              "must be in [0, pi] rad, are " + Text(theta.lower) + " and " + Text(theta.upper));
     }

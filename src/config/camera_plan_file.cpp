@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "vantage/math/angles.h"
+
 namespace vantage {
 namespace {
-
-constexpr double kDegrees = 180.0 / 3.141592653589793;
 
 std::string KeyOf(const CameraRig& rig, int axis) {
   return rig.axes[axis].name + (AxisTurns(rig, axis) ? "_deg" : "");
@@ -19,7 +19,8 @@ std::string CameraStartText(const CameraRig& rig, const RigVector& q_c) {
   std::string text = "camera_start: {";
   for (int i = 0; i < rig.size(); ++i) {
     char value[40];
-    std::snprintf(value, sizeof value, "%.17g", q_c(i) * (AxisTurns(rig, i) ? kDegrees : 1.0));
+    std::snprintf(value, sizeof value, "%.17g",
+                  q_c(i) * (AxisTurns(rig, i) ? kDegreesPerRadian : 1.0));
     text += (i > 0 ? ", " : "") + KeyOf(rig, i) + ": " + value;
   }
   return text + "}\n";
@@ -31,7 +32,7 @@ RigVector ReadCameraStart(const Section& root, const CameraRig& rig) {
   RigVector q_c(rig.size());
   for (int i = 0; i < rig.size(); ++i) {
     const RigAxis& axis = rig.axes[i];
-    const double unit = AxisTurns(rig, i) ? kDegrees : 1.0;
+    const double unit = AxisTurns(rig, i) ? kDegreesPerRadian : 1.0;
     const std::string help = "Coordinate at the start.";
     // What was written for this rig may leave a limit by a rounding.
     const double slack = 1e-9 * std::max(1.0, std::abs(axis.upper) + std::abs(axis.lower));

@@ -5,6 +5,7 @@
 #include "vantage/config/loaders.h"
 #include "vantage/config/placement_file.h"
 #include "vantage/config/scenario.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/plan/placement_model.h"
 #include "vantage/robot/kinematics.h"
@@ -12,7 +13,6 @@
 namespace vantage {
 namespace {
 
-constexpr double kDegrees = 180.0 / 3.141592653589793;
 constexpr double kFarthest = 1000.0;  // [m]
 
 // What is placed for what: of a scenario, or the file's own.
@@ -136,9 +136,9 @@ PlanLimits LoadLimits(const Section& section, Cell* cell) {
   limits.rim = section.Number(
       "rim", {0.0, 100.0, "m"}, cell->pixels ? ring : 0.0,
       "Radius about each marker that has to be in the image too; default: its ring's, in pixels.");
-  limits.max_incidence =
-      section.Degrees("max_incidence_deg", {1.0, 180.0, "deg"}, view.max_incidence * kDegrees,
-                      "Greatest angle between a marker's normal and the ray to it; 180: any.");
+  limits.max_incidence = section.Degrees(
+      "max_incidence_deg", {1.0, 180.0, "deg"}, view.max_incidence * kDegreesPerRadian,
+      "Greatest angle between a marker's normal and the ray to it; 180: any.");
   limits.occlusion = section.Flag("occlusion", true, "Whether the arm's links hide markers.");
   limits.boxes = LoadBoxes(section, "boxes", "Things in the world that hide markers.");
   limits.keep_out = LoadBoxes(section, "keep_out", "Where the camera's centre must not be.");

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "vantage/config/loaders.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -12,7 +13,7 @@ using Eigen::Vector3d;
 constexpr double kFarthest = 1000.0;  // [m]
 
 Eigen::Matrix3d RollPitchYaw(const Vector3d& degrees) {
-  const Vector3d rpy = degrees * (M_PI / 180.0);
+  const Vector3d rpy = degrees * kDegree;
   return (AngleAxisd(rpy.z(), Vector3d::UnitZ()) * AngleAxisd(rpy.y(), Vector3d::UnitY()) *
           AngleAxisd(rpy.x(), Vector3d::UnitX()))
       .toRotationMatrix();

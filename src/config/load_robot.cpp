@@ -1,9 +1,9 @@
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <sstream>
 
 #include "vantage/config/loaders.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/robot/urdf.h"
 
@@ -195,8 +195,7 @@ JointVector LoadJoints(const Section& parent, const std::string& key, const ArmM
   }
   JointVector q(n);
   if (in_degrees) {
-    q = parent.Numbers(key_deg, {-3600.0, 3600.0, "deg"}, n, n, help + " In degrees.") *
-        (M_PI / 180.0);
+    q = parent.Numbers(key_deg, {-3600.0, 3600.0, "deg"}, n, n, help + " In degrees.") * kDegree;
   } else {
     q = parent.Numbers(key, {-100.0, 100.0, "rad or m"}, n, n, help + " In rad and m.");
   }
@@ -204,7 +203,7 @@ JointVector LoadJoints(const Section& parent, const std::string& key, const ArmM
     // The limits may come from degrees, and so be off by a rounding.
     const JointLimits& limit = arm.limits()[i];
     if (q(i) >= limit.lower - 1e-9 && q(i) <= limit.upper + 1e-9) continue;
-    const double unit = in_degrees ? 180.0 / M_PI : 1.0;
+    const double unit = in_degrees ? kDegreesPerRadian : 1.0;
     const std::string unit_name =
         in_degrees ? "deg" : (kinds[i] == JointKind::kRevolute ? "rad" : "m");
     std::ostringstream reason;

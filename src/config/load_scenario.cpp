@@ -3,6 +3,7 @@
 #include "vantage/config/camera_plan_file.h"
 #include "vantage/config/loaders.h"
 #include "vantage/config/scenario.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -174,9 +175,9 @@ ActiveOptions LoadActive(const Section& section) {
   if (view.max_depth <= view.min_depth) limits.Fail("max_depth", "must be above min_depth");
   view.min_semi_axis = limits.Number("min_semi_axis", {0.0, 1000.0, "px"}, view.min_semi_axis,
                                      "Short semi-axis of a disc's image.");
-  view.max_incidence = limits.Degrees(
-      "max_incidence_deg", {1.0, 90.0, "deg"}, view.max_incidence * 180.0 / 3.141592653589793,
-      "Greatest angle between a marker's normal and the ray to it.");
+  view.max_incidence =
+      limits.Degrees("max_incidence_deg", {1.0, 90.0, "deg"}, view.max_incidence * 180.0 / kPi,
+                     "Greatest angle between a marker's normal and the ray to it.");
   return active;
 }
 

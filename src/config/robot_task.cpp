@@ -11,6 +11,7 @@
 
 #include "vantage/active/view_planner.h"
 #include "vantage/camera/camera_rig.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/observability/measures.h"
 #include "vantage/robot/kinematics.h"
@@ -20,9 +21,6 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180.0;
 
 // Of the arm's reach.
 constexpr double kMarkerRadius = 0.014;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <limits>
 #include <set>
 #include <sstream>
@@ -10,12 +9,11 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
-
-constexpr double kRadiansPerDegree = M_PI / 180.0;
 
 // What all sections of one file share.
 struct File {
@@ -314,7 +312,7 @@ double Section::Number(const std::string& key, const Range& range, std::optional
 
 double Section::Degrees(const std::string& key, const Range& range_deg,
                         std::optional<double> fallback_deg, const std::string& help) const {
-  return Number(key, range_deg, fallback_deg, help) * kRadiansPerDegree;
+  return Number(key, range_deg, fallback_deg, help) * kDegree;
 }
 
 std::int64_t Section::Integer(const std::string& key, std::int64_t lower, std::int64_t upper,

@@ -13,6 +13,7 @@
 #include "feature_forms.h"
 #include "vantage/features/pixel_feature.h"
 #include "vantage/features/point_feature.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 #include "visp_interaction.h"
@@ -245,7 +246,6 @@ class Points {
 
 // Angle after which the feature is the same again; 0 for what is not an angle.
 double PeriodOf(FeatureKind kind) noexcept {
-  constexpr double kPi = 3.14159265358979323846;
   switch (kind) {
     case FeatureKind::kAngle:
     case FeatureKind::kEdgeAngle:

@@ -71,6 +71,14 @@ Twist Displacement(const Isometry3d& X_WA, const Isometry3d& X_WB) noexcept {
   return step;
 }
 
+Isometry3d PoseBetween(const Isometry3d& X_WA, const Isometry3d& X_WB, double fraction) noexcept {
+  return Advance(X_WA, fraction * Displacement(X_WA, X_WB));
+}
+
+double AngleBetween(const Matrix3d& R_WA, const Matrix3d& R_WB) noexcept {
+  return Eigen::AngleAxisd(R_WA.transpose() * R_WB).angle();
+}
+
 bool IsPose(const Isometry3d& X) noexcept {
   if (!X.matrix().allFinite()) return false;
   const Matrix3d R = X.linear();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "batch_data.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/observability/batch.h"
 
@@ -65,8 +66,8 @@ void PackObstacles(const std::vector<BatchSight>& sights, const std::vector<Batc
   out->view.capsule = out->capsule.data();
   out->view.box = out->box.data();
   out->view.boxes = static_cast<int>(out->box.size());
-  out->view.facing = max_incidence < M_PI;
-  out->view.min_cosine = static_cast<T>(std::cos(std::min(max_incidence, M_PI)));
+  out->view.facing = max_incidence < kPi;
+  out->view.min_cosine = static_cast<T>(std::cos(std::min(max_incidence, kPi)));
 }
 
 }  // namespace

@@ -9,12 +9,12 @@
 #include <Eigen/Geometry>
 
 #include "singular_values.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPi = 3.14159265358979323846;
 
 // Entries outside these bounds are scaled, so that their squares neither overflow nor vanish.
 constexpr double kLargest = 1e120;
@@ -145,9 +145,6 @@ double Square(double x) noexcept {
   return x * x;
 }
 
-using Gram =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
-
 // Share of the usual motion of the points below which a joint motion hardly moves them.
 constexpr double kHardlyMoves = 0.02;
 
@@ -156,14 +153,16 @@ constexpr double kStandsStill = 1e-14;
 
 // Whether the s-th eigenvalue of the symmetric, positive semidefinite G counts. Mostly a Cholesky factor
 // settles it: that of G - c I is there only where all eigenvalues are above c.
-bool MovesInAll(const Gram& G, int s) noexcept {
+bool MovesInAll(const JointMatrix& G, int s) noexcept {
   constexpr double kClearly = 100.0;
   if (s > G.rows()) return false;
   const double clearly =
       kClearly * kStandsStill * G.trace();  // the trace is above the first eigenvalue
-  Gram shifted = G;
+  JointMatrix shifted = G;
   shifted.diagonal().array() -= clearly;
-  if (clearly > 0.0 && Eigen::LLT<Eigen::Ref<Gram>>(shifted).info() == Eigen::Success) return true;
+  if (clearly > 0.0 && Eigen::LLT<Eigen::Ref<JointMatrix>>(shifted).info() == Eigen::Success) {
+    return true;
+  }
   const Measure reach = MeasureOf(G);
   return s <= reach.size() && reach.sigma(s - 1) > kStandsStill * reach.sigma(0);
 }
@@ -457,7 +456,7 @@ LowCause DiagnoseLowMeasure(const SingularSystem& composite,
   // Its eigenvalues are the squared singular values of the points' stacked Jacobians.
   const Eigen::Index n = composite.directions.rows();
   const auto worst_seen = composite.directions.col(s - 1);
-  Gram gram = Gram::Zero(n, n);
+  JointMatrix gram = JointMatrix::Zero(n, n);
   double moved = 0.0;
   for (const PointJacobian& A : points) {
     gram.noalias() += A.transpose().lazyProduct(A);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "vantage/math/error.h"
+#include "vantage/math/spatial.h"
 
 namespace vantage {
 namespace {
@@ -98,8 +99,7 @@ ArmMotion MoveThroughPoses(const ViewModel& view, const std::vector<Isometry3d>&
   }
   if (std::all_of(lengths.begin(), lengths.end(), [](double d) { return d == 0.0; })) {
     for (std::size_t i = 1; i < poses.size(); ++i) {
-      lengths[i - 1] =
-          Eigen::AngleAxisd(poses[i - 1].linear().transpose() * poses[i].linear()).angle();
+      lengths[i - 1] = AngleBetween(poses[i - 1].linear(), poses[i].linear());
     }
   }
   if (lengths.empty()) lengths.push_back(0.0);

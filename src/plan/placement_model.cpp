@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -193,7 +194,7 @@ std::vector<BatchSample> SamplesOf(const PlacementProblem& problem) {
 bool NeedsObstacles(const PlacementProblem& problem) {
   const PlanLimits& limits = problem.limits;
   const bool links = limits.occlusion && !problem.motion.samples.front().capsules.empty();
-  return links || !limits.boxes.empty() || limits.max_incidence < M_PI;
+  return links || !limits.boxes.empty() || limits.max_incidence < kPi;
 }
 
 // Points alone: nothing is measured of them.

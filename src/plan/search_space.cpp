@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vantage/math/angles.h"
+
 namespace vantage::plan {
 namespace {
 
@@ -22,7 +24,7 @@ SearchSpace::SearchSpace(const CameraRig& rig, const RigVector& q_c_start)
     }
     axes_.push_back(i);
     range_.push_back(axis.upper - axis.lower);
-    round_.push_back(AxisTurns(rig, i) && range_.back() >= 2.0 * M_PI - 1e-9);
+    round_.push_back(AxisTurns(rig, i) && range_.back() >= 2.0 * kPi - 1e-9);
   }
   // Whether a camera can step back does not depend on how fast its axes are.
   unlocked_ = rig_;
@@ -79,7 +81,7 @@ double SearchSpace::Distance(const SearchVector& a, const SearchVector& b) const
   for (int i = 0; i < size(); ++i) {
     double d = std::abs(a(i) - b(i));
     if (round_[i]) {
-      const double turn = 2.0 * M_PI / range_[i];
+      const double turn = 2.0 * kPi / range_[i];
       d = std::abs(d - turn * std::round(d / turn));  // std::remainder() takes ten times as long
     }
     distance = std::max(distance, d);

@@ -75,8 +75,7 @@ class Overlay {
     Eigen::Vector2d seen = pixel;
     if (log_.scenario && !log_.scenario->task.view.camera.distortion.none()) {
       const CameraModel& camera = log_.scenario->task.view.camera;
-      const double y = (pixel.y() - camera.v0) / camera.fy;
-      seen = ToPixel(camera, {(pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y});
+      seen = ToPixel(camera, FromUndistortedPixel(camera, pixel));
     }
     return {static_cast<int>(std::lround(16 * ((seen.x() + 0.5) * scale_ - 0.5))),
             static_cast<int>(std::lround(16 * ((seen.y() + 0.5) * scale_ - 0.5)))};

@@ -8,6 +8,7 @@
 
 #include "figure.h"
 #include "measure_label.h"
+#include "vantage/math/angles.h"
 #include "vantage/report/gnuplot.h"
 #include "vantage/robot/kinematics.h"
 
@@ -15,7 +16,6 @@ namespace vantage {
 namespace {
 
 constexpr int kWidth = 1200;
-constexpr double kDegrees = 180.0 / M_PI;
 
 std::string Text(const char* format, double value) {
   char buffer[64];
@@ -221,8 +221,7 @@ std::vector<FigureRow> GoalInImage(const RunLog& log) {
   for (const Eigen::Vector3d& p_WG : goal.p_WG) {
     const auto image = Project(X_CW * (p_WG + goal.offset_W));
     if (!image) continue;
-    const Eigen::Vector2d pixel =
-        CalibrationJacobian(camera) * image->n + Eigen::Vector2d(camera.u0, camera.v0);
+    const Eigen::Vector2d pixel = ToUndistortedPixel(camera, image->n);
     rows.push_back({pixel.x(), pixel.y()});
   }
   return rows;
@@ -310,7 +309,7 @@ DrawnFigure DrawJoints(const RunLog& log, const std::string& folder) {
     const bool modelled = log.scenario && log.scenario->task.view.arm.size() == n;
     const ArmModel* arm = modelled ? &log.scenario->task.view.arm : nullptr;
     const bool turns = !modelled || arm->joint_kinds()[i] == JointKind::kRevolute;
-    const double unit = turns ? kDegrees : 1e3;
+    const double unit = turns ? kDegreesPerRadian : 1e3;
     const std::string name = modelled ? arm->joint_names()[i] : "joint " + std::to_string(i + 1);
     JointPanel position, velocity;
     position.measured = figure.Data(

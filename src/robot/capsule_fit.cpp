@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 #include <nlopt.hpp>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/segment.h"
 
 namespace vantage {
@@ -19,7 +20,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kThinnest = 1e-4;  // Radius [m].
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

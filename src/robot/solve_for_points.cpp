@@ -10,9 +10,6 @@
 namespace vantage {
 namespace {
 
-using JointMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
-
 constexpr int kMaxIterations = 100;  // Of one descent.
 constexpr int kMaxDescents = 100;    // The first from q_start itself.
 

@@ -8,6 +8,7 @@
 #include "urdf_chain.h"
 #include "urdf_document.h"
 #include "urdf_geometry.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -16,7 +17,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kContinuousRange = 2.0 * kPi;  // Each way [rad].
 constexpr double kContinuousSpeed = 1.0;        // Of continuous joints without a limit [rad/s].
 

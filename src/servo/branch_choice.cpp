@@ -54,10 +54,8 @@ bool AtLimit(const ArmModel& arm, const JointVector& q) {
 
 // How far the joints move the markers, as a volume: w of the markers' stacked Jacobians.
 double LogMotionVolume(const ArmSample& sample) {
-  using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints,
-                             kMaxJoints>;
   const Eigen::Index n = sample.q.size();
-  Gram G = Gram::Zero(n, n);
+  JointMatrix G = JointMatrix::Zero(n, n);
   for (const PointJacobian& J : sample.J_marker_W) G += J.transpose().lazyProduct(J);
   const double det = G.determinant();
   return det > 0.0 ? 0.5 * std::log(det) : -std::numeric_limits<double>::infinity();

@@ -46,7 +46,8 @@ bool CalibrationEstimator::Update(const CameraModel& camera, const Isometry3d& X
   const auto point = Project(p_CM);
   if (!point) return false;
 
-  const Eigen::Matrix2d K = CalibrationJacobian(WithFocalFactor(camera, focal_factor_));
+  const CameraModel corrected = WithFocalFactor(camera, focal_factor_);
+  const Eigen::Matrix2d K = CalibrationJacobian(corrected);
   Eigen::Matrix<double, 2, 3> n_p;  // ∂n/∂p_CM
   n_p << 1.0, 0.0, -point->n.x(), 0.0, 1.0, -point->n.y();
   n_p /= point->depth;
@@ -63,7 +64,7 @@ bool CalibrationEstimator::Update(const CameraModel& camera, const Isometry3d& X
     H.col(kJoints + i) = -(pixel_W * (V.head<3>() + V.tail<3>().cross(p_EM_W)));
   }
 
-  const Vector2d innovation = pixel - (K * point->n + Vector2d(camera.u0, camera.v0));
+  const Vector2d innovation = pixel - ToUndistortedPixel(corrected, point->n);
   const Row HP = H.lazyProduct(covariance_);
   const Eigen::Matrix2d S =
       HP.lazyProduct(H.transpose()) + sigma_px * sigma_px * Eigen::Matrix2d::Identity();

@@ -31,7 +31,7 @@ bool GoalPointEstimator::Update(const CameraModel& camera, const Eigen::Isometry
   n_p /= point->depth;
   const Eigen::Matrix<double, 2, 3> H = K * n_p * X_WC.linear().transpose();
 
-  const Eigen::Vector2d innovation = pixel - (K * point->n + Eigen::Vector2d(camera.u0, camera.v0));
+  const Eigen::Vector2d innovation = pixel - ToUndistortedPixel(camera, point->n);
   const Eigen::Matrix2d S =
       H * covariance_ * H.transpose() + sigma_px * sigma_px * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d S_inverse = S.inverse();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "vantage/math/error.h"
+#include "vantage/math/spatial.h"
 #include "vantage/servo/layout_fit.h"
 
 namespace vantage {
@@ -71,15 +72,6 @@ constexpr double kProgress = 0.95;
 
 JointVector Between(const JointVector& a, const JointVector& b, double fraction) {
   return a + fraction * (b - a);
-}
-
-Isometry3d PoseBetween(const Isometry3d& a, const Isometry3d& b, double fraction) {
-  return Advance(a, fraction * Displacement(a, b));
-}
-
-Vector2d Normalised(const CameraModel& camera, const Vector2d& pixel) {
-  const double y = (pixel.y() - camera.v0) / camera.fy;
-  return {(pixel.x() - camera.u0 - camera.skew * y) / camera.fx, y};
 }
 
 double Age(Time now, Time stamp) {
@@ -314,7 +306,7 @@ void Servo::UseImage() noexcept {
     const MarkerMeasurement* measured = features_.Find(marker.id);
     const auto expected = Project(X_CE * marker.p);
     if (measured != nullptr && measured->valid && expected) {
-      seen_at_[i] = Normalised(camera_, measured->pixel);
+      seen_at_[i] = FromUndistortedPixel(camera_, measured->pixel);
       const Vector2d offset = seen_at_[i] - expected->n;
       offset_[i] = last_seen_[i]
                        ? Averaged(offset_[i], offset, Age(features_.exposure, *last_seen_[i]),
@@ -354,8 +346,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
     const Vector3d p_CM = X_WCBefore.inverse() * (X_WEBefore * view.markers[i].p);
     std::optional<CalibrationView>& last = calibrated_at_[i];
     if (last && (p_CM - last->p_CM).norm() < kCalibrationWay &&
-        Eigen::AngleAxisd(last->R_WC.transpose() * X_WCBefore.linear()).angle() <
-            kCalibrationTurn) {
+        AngleBetween(last->R_WC, X_WCBefore.linear()) < kCalibrationTurn) {
       continue;
     }
     last = CalibrationView{p_CM, X_WCBefore.linear()};
@@ -378,8 +369,8 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
     const auto at_before = Project(X_WCBefore.inverse() * p_WBefore);
     const auto at_now = Project(X_WC_exposure_.inverse() * p_W);
     if (measured == nullptr || !measured->valid || !at_before || !at_now) return;
-    *offset += Normalised(camera_, measured->pixel) - at_now->n -
-               (Normalised(before, measured->pixel) - at_before->n);
+    *offset += FromUndistortedPixel(camera_, measured->pixel) - at_now->n -
+               (FromUndistortedPixel(before, measured->pixel) - at_before->n);
   };
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     shift(view.markers[i].id, X_WEBefore * view.markers[i].p, X_WE * view.markers[i].p,
@@ -395,7 +386,7 @@ void Servo::UseGoalImage(std::size_t i, const Vector2d& measured, double time) n
   const Isometry3d X_CW = X_WC_exposure_.inverse();
   const bool moves = task_.goal.max_speed > 0.0;
   const auto seen_before = Project(X_CW * p_WMarker_[i]);
-  Vector2d place = Normalised(camera, measured);
+  Vector2d place = FromUndistortedPixel(camera, measured);
   if (moves) {
     // What the camera's motion alone would have done to it since.
     ImageTrack& track = goal_tracks_[i];
@@ -428,7 +419,7 @@ bool Servo::NewView(std::size_t marker) noexcept {
   std::optional<Isometry3d>& X_WLast = goal_seen_from_[marker];
   const Isometry3d& X_WC = X_WC_exposure_;
   if (X_WLast && (X_WLast->translation() - X_WC.translation()).norm() < kNewViewDistance &&
-      Eigen::AngleAxisd(X_WLast->linear().transpose() * X_WC.linear()).angle() < kNewViewAngle) {
+      AngleBetween(X_WLast->linear(), X_WC.linear()) < kNewViewAngle) {
     return false;
   }
   X_WLast = X_WC;

@@ -1,7 +1,8 @@
 #include "vantage/servo/servo_report.h"
 
-#include <cmath>
 #include <cstdio>
+
+#include "vantage/math/angles.h"
 
 namespace vantage {
 
@@ -108,13 +109,12 @@ std::string DescribeStops(const ServoStatus& status) {
 }
 
 std::string Describe(const CalibrationFound& found) {
-  constexpr double kDegrees = 180.0 / M_PI;
   std::array<char, 160> text{};
   std::snprintf(text.data(), text.size(),
                 "camera off by %.1f mm and %.2f deg, focal length by %+.2f %%, encoders by up to "
                 "%.2f deg (or %.1f mm)",
-                1e3 * found.position, kDegrees * found.rotation, 100.0 * found.focal,
-                kDegrees * found.joint, 1e3 * found.joint);
+                1e3 * found.position, kDegreesPerRadian * found.rotation, 100.0 * found.focal,
+                kDegreesPerRadian * found.joint, 1e3 * found.joint);
   return text.data();
 }
 

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "vantage/math/angles.h"
 #include "vantage/vision/disc_image.h"
 
 namespace vantage {
@@ -15,7 +16,6 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kMaxRowsOfDisc = 512;
 constexpr int kRingSamples = 24;
 

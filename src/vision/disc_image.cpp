@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "vantage/camera/pinhole.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -16,8 +17,6 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Moments of the disc's image through a bent lens, by a cubature over the undistorted ellipse that is
 // exact for polynomials of degree 5 (Radon's seven points): lenses bend so little over one disc that
@@ -67,7 +66,7 @@ PlaneAxes AxesOfPlane(const Vector3d& normal) noexcept {
 
 Vector2d UndistortPixel(const CameraModel& camera, const Vector2d& pixel) noexcept {
   if (camera.distortion.none()) return pixel;
-  return CalibrationJacobian(camera) * ToNormalised(camera, pixel) + Vector2d(camera.u0, camera.v0);
+  return ToUndistortedPixel(camera, ToNormalised(camera, pixel));
 }
 
 std::optional<DiscImage> ProjectDisc(const CameraModel& camera, const Vector3d& p_C,
@@ -89,11 +88,10 @@ std::optional<DiscImage> ProjectDisc(const CameraModel& camera, const Vector3d& 
 
   DiscImage image;
   const Matrix2d K = CalibrationJacobian(camera);
-  const Vector2d principal(camera.u0, camera.v0);
-  image.centre = K * (p_C.head<2>() / p_C.z()) + principal;
+  image.centre = ToUndistortedPixel(camera, p_C.head<2>() / p_C.z());
   image.depth = p_C.z();
   image.cos_incidence = -normal_C.dot(p_C.normalized());
-  image.centroid = K * n_centre + principal;
+  image.centroid = ToUndistortedPixel(camera, n_centre);
   image.shape = K * n_shape * K.transpose();
   image.area = kPi * std::sqrt(std::max(0.0, image.shape.determinant()));
   if (!camera.distortion.none()) BendImage(camera, n_centre, n_shape, &image);

@@ -7,14 +7,10 @@
 #include <visp3/blob/vpDot2.h>
 #include <visp3/core/vpException.h>
 
+#include "vantage/math/angles.h"
 #include "visp_image.h"
 
 namespace vantage {
-namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-
-}  // namespace
 
 void DetectWithVispDot(const GreyView& image, const CameraModel& camera,
                        const std::vector<MarkerPrediction>& predictions,

@@ -12,6 +12,7 @@
 #include "vantage/active/view_planner.h"
 #include "vantage/camera/camera_rig.h"
 #include "vantage/camera/pinhole.h"
+#include "vantage/math/angles.h"
 
 /// @file
 /// Arms with markers and a rig, and random tasks for them, for the tests of the active camera.
@@ -35,8 +36,8 @@ inline CameraRig Sphere(const Eigen::Vector3d& target, double theta_upper = 1.5)
   rig.target_W = target;
   rig.axes = {{"R", 0.8, 2.5, 0.4, 0.8},
               {"theta", 0.0, theta_upper, 0.6, 1.2},
-              {"phi", -2.0 * M_PI, 2.0 * M_PI, 0.6, 1.2},
-              {"roll", -M_PI, M_PI, 0.8, 1.6}};
+              {"phi", -2.0 * kPi, 2.0 * kPi, 0.6, 1.2},
+              {"roll", -kPi, kPi, 0.8, 1.6}};
   rig.max_linear_speed = 0.4;
   return rig;
 }
@@ -62,7 +63,7 @@ inline Cell Planar2() {
 inline ArmModel Puma3Arm() {
   DhRow base, upper, fore;
   base.d = 0.6;
-  base.alpha = M_PI_2;
+  base.alpha = kPi / 2.0;
   upper.a = 0.45;
   fore.a = 0.4;
   return ArmModel("puma3", DhConvention::kStandard, {base, upper, fore}, WideLimits(3),
@@ -103,14 +104,15 @@ inline Cell Puma560() {
     r.alpha = alpha;
     return r;
   };
-  const ArmModel arm("puma560", DhConvention::kStandard,
-                     {row(0.0, 0.0, M_PI_2), row(0.4318, 0.0, 0.0), row(0.0203, 0.15005, -M_PI_2),
-                      row(0.0, 0.4318, M_PI_2), row(0.0, 0.0, -M_PI_2), row(0.0, 0.0, 0.0)},
-                     WideLimits(6), Translation(0, 0, 0.67), Translation(0, 0, 0.12),
-                     {{-1, {0, 0, -0.67}, {0, 0, 0.0}, 0.09},
-                      {1, {-0.4318, 0, 0.15}, {0, 0, 0.15}, 0.07},
-                      {2, {0, 0, 0}, {0, 0, 0.36}, 0.05},
-                      {4, {0, 0, 0}, {0, 0, 0.06}, 0.04}});
+  const ArmModel arm(
+      "puma560", DhConvention::kStandard,
+      {row(0.0, 0.0, kPi / 2.0), row(0.4318, 0.0, 0.0), row(0.0203, 0.15005, -kPi / 2.0),
+       row(0.0, 0.4318, kPi / 2.0), row(0.0, 0.0, -kPi / 2.0), row(0.0, 0.0, 0.0)},
+      WideLimits(6), Translation(0, 0, 0.67), Translation(0, 0, 0.12),
+      {{-1, {0, 0, -0.67}, {0, 0, 0.0}, 0.09},
+       {1, {-0.4318, 0, 0.15}, {0, 0, 0.15}, 0.07},
+       {2, {0, 0, 0}, {0, 0, 0.36}, 0.05},
+       {4, {0, 0, 0}, {0, 0, 0.06}, 0.04}});
   std::vector<Marker> markers;
   for (int i = 0; i < 4; ++i) {
     const double x = i % 2 == 0 ? 0.06 : -0.06;
@@ -139,8 +141,8 @@ inline CameraRig Sector(const CameraRig& sphere) {
   CameraRig rig = sphere;
   rig.axes[1].lower = 0.5;
   rig.axes[1].upper = 1.5;
-  rig.axes[2].lower = -M_PI / 6.0 - M_PI_2;  // sixty degrees at the arm's right hand
-  rig.axes[2].upper = M_PI / 6.0 - M_PI_2;
+  rig.axes[2].lower = -kPi / 6.0 - kPi / 2.0;  // sixty degrees at the arm's right hand
+  rig.axes[2].upper = kPi / 6.0 - kPi / 2.0;
   return rig;
 }
 

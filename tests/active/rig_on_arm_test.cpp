@@ -6,6 +6,7 @@
 
 #include "cells.h"
 #include "eigen_matchers.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 
@@ -25,9 +26,9 @@ ArmModel WithSlide() {
   };
   constexpr auto kTurns = JointKind::kRevolute;
   return ArmModel("slide", DhConvention::kStandard,
-                  {row(kTurns, 0, 0.4, 0, -M_PI_2), row(kTurns, 0, 0.15, 0, M_PI_2),
-                   row(JointKind::kPrismatic, 0.3, 0, 0, 0), row(kTurns, 0, 0, 0, -M_PI_2),
-                   row(kTurns, 0, 0, 0.05, M_PI_2), row(kTurns, 0, 0.1, 0, 0)},
+                  {row(kTurns, 0, 0.4, 0, -kPi / 2.0), row(kTurns, 0, 0.15, 0, kPi / 2.0),
+                   row(JointKind::kPrismatic, 0.3, 0, 0, 0), row(kTurns, 0, 0, 0, -kPi / 2.0),
+                   row(kTurns, 0, 0, 0.05, kPi / 2.0), row(kTurns, 0, 0.1, 0, 0)},
                   test::WideLimits(6), test::Translation(1.0, -0.5, 0.2),
                   test::Translation(0.0, 0.02, 0.1));
 }

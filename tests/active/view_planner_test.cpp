@@ -9,6 +9,7 @@
 #include "cells.h"
 #include "eigen_matchers.h"
 #include "vantage/active/rig_on_arm.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -147,7 +148,7 @@ class EveryRig : public ::testing::TestWithParam<NamedRig> {};
 CameraRig OnSecondArm(const test::Cell&) {
   const ArmModel puma = test::Puma560().model.arm;
   Isometry3d X_WBase = test::Translation(0.75, -1.0, 0.7);
-  X_WBase.linear() = Eigen::AngleAxisd(M_PI_2, Vector3d::UnitZ()).toRotationMatrix();
+  X_WBase.linear() = Eigen::AngleAxisd(kPi / 2.0, Vector3d::UnitZ()).toRotationMatrix();
   std::vector<JointLimits> limits(6, JointLimits{-2.9, 2.9, 1.0, 3.0});
   return RigOnArm(puma.WithBase(X_WBase).WithLimits(limits), Isometry3d::Identity(), 0.4);
 }
@@ -320,7 +321,7 @@ TEST(PlanView, TurnsAwayFromSingularRoll) {
   for (int axis = 0; axis < 3; ++axis) cell.rig.axes[axis].max_speed = 0.0;
   PlanRequest request;
   request.q = request.q_goal = Vector3d(0.1, 0.7, -1.3);
-  RigVector q_c = Vector4d(1.3, 1.3, -M_PI_2, 0.0);
+  RigVector q_c = Vector4d(1.3, 1.3, -kPi / 2.0, 0.0);
   const ArmSample sample = SampleArm(cell.model, request.q);
   const auto measure = [&](double roll) {
     q_c(3) = roll;

@@ -15,6 +15,7 @@
 #include "program.h"
 #include "temporary_folder.h"
 #include "vantage/config/config_text.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -22,8 +23,6 @@ namespace {
 using Json = nlohmann::json;
 using test::ConfigErrorOf;
 using test::RunProgram;
-
-constexpr double kPi = M_PI;
 
 std::string ReadAll(const std::string& path) {
   std::ifstream file(path, std::ios::binary);

@@ -13,6 +13,7 @@
 #include "program.h"
 #include "temporary_folder.h"
 #include "vantage/config/config_text.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -383,7 +384,7 @@ TEST_F(MeasureGradient, HasOneKeyForEachParameter) {
   // w_c = f² l1 l2 |sin theta2| / (R cos theta)² at R 30, theta 60 degrees.
   const Json& by = gradient.at("w");
   EXPECT_NEAR(by.at("rig").at("R").get<double>(), -2.0 * 4.0 / 9.0 / 30.0, 1e-12);
-  EXPECT_NEAR(by.at("rig").at("theta").get<double>(), 2.0 * std::tan(M_PI / 3) * 4.0 / 9.0, 1e-12);
+  EXPECT_NEAR(by.at("rig").at("theta").get<double>(), 2.0 * std::tan(kPi / 3) * 4.0 / 9.0, 1e-12);
   EXPECT_NEAR(by.at("rig").at("phi").get<double>(), 0.0, 1e-12);
   EXPECT_NEAR(by.at("rig").at("roll").get<double>(), 0.0, 1e-12);
   EXPECT_NEAR(by.at("focal").get<double>(), 2.0 * 4.0 / 9.0, 1e-12);

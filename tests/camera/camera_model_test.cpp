@@ -54,6 +54,20 @@ TEST(CameraModel, ToNormalisedUndoesToPixel) {
   }
 }
 
+// The same lens without its distortion: both ways, in closed form.
+TEST(CameraModel, UndistortedPixelsAreThoseOfTheIdealLens) {
+  CameraModel camera = BentLens();
+  camera.skew = 2.5;
+  CameraModel ideal = camera;
+  ideal.distortion = {};
+  const Vector2d n(0.31, -0.22);
+  const Vector2d pixel(610.0 * 0.31 + 2.5 * -0.22 + 330.0, 590.0 * -0.22 + 228.0);
+  EXPECT_TRUE(test::Near(ToUndistortedPixel(camera, n), pixel, 1e-12));
+  EXPECT_EQ(ToUndistortedPixel(camera, n), ToPixel(ideal, n));
+  EXPECT_TRUE(test::Near(FromUndistortedPixel(camera, pixel), n, 1e-15));
+  EXPECT_EQ(FromUndistortedPixel(camera, pixel), ToNormalised(ideal, pixel));
+}
+
 TEST(CameraModel, PixelJacobianMatchesCentralDifference) {
   CameraModel camera = BentLens();
   camera.skew = 2.5;

@@ -13,6 +13,7 @@
 #include "eigen_matchers.h"
 #include "finite_difference.h"
 #include "oracles.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
@@ -144,7 +145,7 @@ TEST(SphericalPose, MatchesOracles) {
 
 TEST(SphericalPose, LooksAtTargetFromEverywhere) {
   const Vector3d target(0.1, 0.2, 0.3);
-  for (const double theta : {0.0, 0.7, M_PI_2, M_PI}) {
+  for (const double theta : {0.0, 0.7, kPi / 2.0, kPi}) {
     const Isometry3d X_WC =
         SphericalPose(RigOrientation::kLookAt, target, Vector4d(1.5, theta, -2.0, 0.4));
     EXPECT_TRUE(test::Near(X_WC.inverse() * target, Vector3d(0.0, 0.0, 1.5), 1e-14));
@@ -301,7 +302,7 @@ TEST(NearestRigCoordinates, OfArmIsALeastDistance) {
 TEST(NearestRigCoordinates, TakesTheTurnNearby) {
   const CameraRig rig = Spherical();
   const Isometry3d X_WC = RigPose(rig, Vector4d(1.5, 1.0, 3.1, 0.0));
-  EXPECT_NEAR(NearestRigCoordinates(rig, X_WC, Vector4d(1.5, 1.0, -3.3, 0.0))(2), 3.1 - 2 * M_PI,
+  EXPECT_NEAR(NearestRigCoordinates(rig, X_WC, Vector4d(1.5, 1.0, -3.3, 0.0))(2), 3.1 - 2 * kPi,
               1e-9);
   EXPECT_NEAR(NearestRigCoordinates(rig, X_WC, Vector4d(1.5, 1.0, 3.3, 0.0))(2), 3.1, 1e-9);
 }

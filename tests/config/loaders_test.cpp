@@ -1,6 +1,5 @@
 #include "vantage/config/loaders.h"
 
-#include <cmath>
 #include <functional>
 
 #include <gtest/gtest.h>
@@ -8,6 +7,7 @@
 #include "config_error.h"
 #include "eigen_matchers.h"
 #include "temporary_folder.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -16,8 +16,6 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = M_PI / 180.0;
 
 Section Parse(const std::string& text) {
   return ParseConfig({"file.yaml", "", text});
@@ -81,9 +79,9 @@ TEST(LoadRobot, ReadsAllOfIt) {
   const std::vector<DhRow> rows{{JointKind::kRevolute, 0.0, 0.1, 0.2, 30 * kDegree, 40 * kDegree},
                                 {JointKind::kPrismatic, 20 * kDegree, 0.0, 0.3, 10 * kDegree, 0.4}};
   Isometry3d base = Isometry3d::Identity();
-  base.translate(Vector3d(1, 2, 3)).rotate(AngleAxisd(M_PI / 2, Vector3d::UnitZ()));
+  base.translate(Vector3d(1, 2, 3)).rotate(AngleAxisd(kPi / 2, Vector3d::UnitZ()));
   Isometry3d tool = Isometry3d::Identity();
-  tool.rotate(AngleAxisd(M_PI, Vector3d::UnitX()));
+  tool.rotate(AngleAxisd(kPi, Vector3d::UnitX()));
   const ArmModel expected("arm", DhConvention::kModified, rows, arm.limits(), base, tool);
   const JointVector q = Eigen::Vector2d(0.7, 0.5);
   EXPECT_TRUE(
@@ -93,9 +91,9 @@ TEST(LoadRobot, ReadsAllOfIt) {
 TEST(LoadRobot, RightAnglesAreTheNearestDoubles) {
   const Section root = Parse("a_deg: 90\nb_deg: -90\nc_deg: 180\n");
   const Range turns{-360, 360, "deg"};
-  EXPECT_EQ(root.Degrees("a_deg", turns, kRequired, ""), M_PI / 2);
-  EXPECT_EQ(root.Degrees("b_deg", turns, kRequired, ""), -M_PI / 2);
-  EXPECT_EQ(root.Degrees("c_deg", turns, kRequired, ""), M_PI);
+  EXPECT_EQ(root.Degrees("a_deg", turns, kRequired, ""), kPi / 2);
+  EXPECT_EQ(root.Degrees("b_deg", turns, kRequired, ""), -kPi / 2);
+  EXPECT_EQ(root.Degrees("c_deg", turns, kRequired, ""), kPi);
 }
 
 class LoadRobotRefuses : public ::testing::TestWithParam<Edit> {};
@@ -290,7 +288,7 @@ TEST(LoadRig, ReadsASphericalRig) {
   EXPECT_EQ(setup.rig.axes[0].upper, 3.0);
   EXPECT_EQ(setup.rig.axes[0].max_speed, 0.5);
   EXPECT_EQ(setup.rig.axes[0].max_acceleration, 1.5);
-  EXPECT_NEAR(setup.rig.axes[1].upper, M_PI / 2, 1e-15);
+  EXPECT_NEAR(setup.rig.axes[1].upper, kPi / 2, 1e-15);
   EXPECT_NEAR(setup.rig.axes[2].max_speed, 20 * kDegree, 1e-15);
   EXPECT_NEAR(setup.rig.axes[2].max_acceleration, 40 * kDegree, 1e-15);
   EXPECT_EQ(setup.rig.axes[3].max_speed, 0.0);

@@ -8,6 +8,7 @@
 #include "eigen_matchers.h"
 #include "oracle_arm.h"
 #include "vantage/config/loaders.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -77,10 +78,9 @@ TEST(PumaType3, FollowsThePaper) {
 
 TEST(Puma560, HasThePublishedRangesInItsOwnFrames) {
   const ArmModel arm = FindRobot("puma560");
-  const double degree = M_PI / 180.0;
-  EXPECT_NEAR(arm.limits()[1].lower, -45 * degree, 1e-12);
-  EXPECT_NEAR(arm.limits()[2].upper, 45 * degree, 1e-12);
-  EXPECT_NEAR(arm.limits()[5].upper, 266 * degree, 1e-12);
+  EXPECT_NEAR(arm.limits()[1].lower, -45 * kDegree, 1e-12);
+  EXPECT_NEAR(arm.limits()[2].upper, 45 * kDegree, 1e-12);
+  EXPECT_NEAR(arm.limits()[5].upper, 266 * kDegree, 1e-12);
   EXPECT_EQ(arm.joint_names()[3], "wrist_roll");
 }
 

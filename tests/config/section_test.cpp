@@ -1,11 +1,11 @@
 #include "vantage/config/section.h"
 
-#include <cmath>
 #include <functional>
 
 #include <gtest/gtest.h>
 
 #include "config_error.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -38,7 +38,7 @@ children: [{inner: 2}, {inner: 3}]
   EXPECT_EQ(root.Number("number", kSpeed, kRequired, ""), 2.5);
   EXPECT_EQ(root.Number("exponent", kSpeed, kRequired, ""), 1.0);
   EXPECT_EQ(root.Number("plus", kSpeed, kRequired, ""), 3.0);
-  EXPECT_EQ(root.Degrees("angle_deg", {-180, 180, "deg"}, kRequired, ""), M_PI / 2);
+  EXPECT_EQ(root.Degrees("angle_deg", {-180, 180, "deg"}, kRequired, ""), kPi / 2);
   EXPECT_EQ(root.Integer("count", -10, 10, kRequired, ""), -7);
   EXPECT_TRUE(root.Flag("flag", kRequired, ""));
   EXPECT_EQ(root.Text("text", kRequired, ""), "some words");
@@ -59,7 +59,7 @@ children: [{inner: 2}, {inner: 3}]
 TEST(Section, GivesDefaultsForAbsentKeys) {
   const Section root = Parse("other: 1");
   EXPECT_EQ(root.Number("number", kSpeed, 4.0, ""), 4.0);
-  EXPECT_EQ(root.Degrees("angle_deg", {-180, 180, "deg"}, 180.0, ""), M_PI);
+  EXPECT_EQ(root.Degrees("angle_deg", {-180, 180, "deg"}, 180.0, ""), kPi);
   EXPECT_EQ(root.Integer("count", 0, 9, 3, ""), 3);
   EXPECT_FALSE(root.Flag("flag", false, ""));
   EXPECT_EQ(root.Text("text", "words", ""), "words");

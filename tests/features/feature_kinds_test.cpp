@@ -33,6 +33,7 @@
 #include "finite_difference.h"
 #include "vantage/features/pixel_feature.h"
 #include "vantage/features/point_feature.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 
@@ -49,7 +50,6 @@ using test::MovedInWorldAxes;
 using test::RandomStep;
 using test::SkewedCamera;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kPoints = test::kExamplePoints;

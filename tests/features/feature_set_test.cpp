@@ -12,6 +12,7 @@
 #include "feature_examples.h"
 #include "finite_difference.h"
 #include "vantage/features/point_feature.h"
+#include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/math/spatial.h"
 
@@ -24,8 +25,6 @@ using Eigen::Vector3d;
 using test::MovedInWorldAxes;
 using test::RandomStep;
 using test::SkewedCamera;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // One feature of each kind, two of the polygons, over five points.
 FeatureSet EveryKind() {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "eigen_matchers.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -60,6 +61,41 @@ TEST(Spatial, AdjointMapsTwistsOfOneBody) {
   const Isometry3d moved_by_B = Advance(X_WA * X_AB, V_WB_B);
   const Isometry3d moved_by_A = Advance(X_WA, AdjointMap(X_AB) * V_WB_B) * X_AB;
   EXPECT_TRUE(test::Near(moved_by_A.matrix(), moved_by_B.matrix(), 1e-13));
+}
+
+// Equal shares of the way are equal steps, and the ends are the poses themselves.
+TEST(Spatial, PoseBetweenGoesThereAtAConstantTwist) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 20; ++i) {
+    const Isometry3d X_WA = Advance(Isometry3d::Identity(), RandomStep(&random, 1.0));
+    const Isometry3d X_WB = Advance(X_WA, RandomStep(&random, 1.0));
+    EXPECT_TRUE(test::Near(PoseBetween(X_WA, X_WB, 0.0).matrix(), X_WA.matrix(), 0.0));
+    EXPECT_TRUE(test::Near(PoseBetween(X_WA, X_WB, 1.0).matrix(), X_WB.matrix(), 1e-13));
+    const Twist quarter = Displacement(X_WA, PoseBetween(X_WA, X_WB, 0.25));
+    const Twist rest = Displacement(PoseBetween(X_WA, X_WB, 0.5), PoseBetween(X_WA, X_WB, 0.75));
+    EXPECT_TRUE(test::Near(rest, quarter, 1e-12));
+    EXPECT_TRUE(test::Near(4.0 * quarter, Displacement(X_WA, X_WB), 1e-12));
+  }
+}
+
+TEST(Spatial, AngleBetweenIsThatOfTheTurn) {
+  std::mt19937 random(6);
+  for (const double angle : {0.0, 1e-6, 0.3, 1.5, 3.0}) {
+    const Isometry3d X_WA = Advance(Isometry3d::Identity(), RandomStep(&random, 1.0));
+    Twist step = RandomStep(&random, 1.0);
+    step.tail<3>() *= angle / step.tail<3>().norm();
+    const Isometry3d X_WB = Advance(X_WA, step);
+    EXPECT_NEAR(AngleBetween(X_WA.linear(), X_WB.linear()), angle, 1e-14) << angle;
+    EXPECT_NEAR(AngleBetween(X_WB.linear(), X_WA.linear()), angle, 1e-14) << angle;
+  }
+}
+
+// Of two turns in a row about one axis, what is left of a whole turn counts: never more than π.
+TEST(Spatial, AngleBetweenGoesTheShortWay) {
+  const auto turned = [](double angle) {
+    return Eigen::AngleAxisd(angle, Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
+  };
+  EXPECT_NEAR(AngleBetween(turned(-2.0), turned(2.0)), 2.0 * kPi - 4.0, 1e-14);
 }
 
 TEST(Spatial, IsPoseRefusesNaNAndShear) {

@@ -10,6 +10,7 @@
 #include "allocation_guard.h"
 #include "eigen_matchers.h"
 #include "finite_difference.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -18,7 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 

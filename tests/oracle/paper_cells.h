@@ -3,14 +3,13 @@
 #include <vector>
 
 #include "oracle_file.h"
+#include "vantage/math/angles.h"
 #include "vantage/observability/paper_product.h"
 
 /// @file
 /// The paper's two examples: arms, points and cameras of sections 6 and 7.
 
 namespace vantage::test {
-
-inline constexpr double kPi = 3.14159265358979323846;
 
 /// Spherical coordinates of a camera about the origin.
 struct Sphere {

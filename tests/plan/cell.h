@@ -1,6 +1,7 @@
 #pragma once
 
 #include "vantage/active/view.h"
+#include "vantage/math/angles.h"
 #include "vantage/plan/placement.h"
 
 /// @file
@@ -10,7 +11,7 @@
 namespace vantage::test {
 
 inline ArmModel Puma(int joints) {
-  const double right = M_PI / 2.0;
+  const double right = kPi / 2.0;
   std::vector<DhRow> rows{{JointKind::kRevolute, 0, 0.67183, 0, right, 0},
                           {JointKind::kRevolute, 0, 0, 0.4318, 0, 0},
                           {JointKind::kRevolute, 0, 0.15005, 0.0203, -right, 0},
@@ -66,8 +67,8 @@ inline PlacementProblem PumaProblem(int joints, int samples = 32) {
   problem.rig.target_W = {0.3, 0.2, 1.0};
   problem.rig.axes = {{"R", 0.6, 3.0, 1.0, 1.0},
                       {"theta", 0.1, 1.5, 1.0, 1.0},
-                      {"phi", -M_PI, M_PI, 1.0, 1.0},
-                      {"roll", -M_PI, M_PI, 1.0, 1.0}};
+                      {"phi", -kPi, kPi, 1.0, 1.0},
+                      {"roll", -kPi, kPi, 1.0, 1.0}};
   problem.q_c_start.resize(4);
   problem.q_c_start << 2.0, 1.0, -1.0, 0.0;
   problem.lens = BatchLens::FromCamera(view.camera, 20.0);

@@ -8,6 +8,7 @@
 
 #include "cell.h"
 #include "config_error.h"
+#include "vantage/math/angles.h"
 
 namespace vantage::test {
 namespace {
@@ -193,12 +194,12 @@ TEST(PlacementWorstCase, WarnsOfASignThatChangesForEveryCamera) {
   const ViewModel view = PumaView(3);
   PlacementProblem problem = PumaProblem(3);
   JointVector from(3), to(3);
-  const double stretched = std::atan2(0.4318, 0.0203) - M_PI;
+  const double stretched = std::atan2(0.4318, 0.0203) - kPi;
   from << 0.1, 0.6, stretched - 0.4;
   to << 0.1, 0.6, stretched + 0.5;
   problem.motion = MoveThroughJoints(view, {from, to}, 1.0, 24);
   problem.objective.aggregate = PlanAggregate::kWorst;
-  problem.limits.max_incidence = M_PI;
+  problem.limits.max_incidence = kPi;
   problem.limits.occlusion = false;
   const PlacementResult result = PlaceCamera(PlacementModel(problem), Quick());
   ASSERT_TRUE(result.best.feasible);
@@ -366,9 +367,9 @@ TEST(PlacementRigs, AFreeCameraIsAtLeastAsGoodAsOneOnASphere) {
   problem.rig.X_WC_fixed.linear() = sphere.best.X_WC.linear();
   problem.rig.X_WC_fixed.translation() = problem.motion.samples[8].markers[0].p_W;
   for (const char* name : {"x", "y", "z"}) problem.rig.axes.push_back({name, -4.0, 4.0, 1.0, 1.0});
-  problem.rig.axes.push_back({"pan", -M_PI, M_PI, 1.0, 1.0});
+  problem.rig.axes.push_back({"pan", -kPi, kPi, 1.0, 1.0});
   problem.rig.axes.push_back({"tilt", -1.4, 1.4, 1.0, 1.0});
-  problem.rig.axes.push_back({"roll", -M_PI, M_PI, 1.0, 1.0});
+  problem.rig.axes.push_back({"roll", -kPi, kPi, 1.0, 1.0});
   problem.q_c_start = RigVector::Zero(6);
   PlacementSearch search;
   search.generations = 40;

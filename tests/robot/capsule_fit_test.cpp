@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "eigen_matchers.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -122,8 +123,7 @@ double TotalVolume(const std::vector<CapsuleShape>& capsules) {
 }
 
 TEST(Volume, IsThatOfACylinderAndABall) {
-  EXPECT_NEAR(Volume({{0, 0, 0}, {0, 0, 2}, 0.5}), M_PI * 0.25 * 2 + 4.0 / 3.0 * M_PI * 0.125,
-              1e-14);
+  EXPECT_NEAR(Volume({{0, 0, 0}, {0, 0, 2}, 0.5}), kPi * 0.25 * 2 + 4.0 / 3.0 * kPi * 0.125, 1e-14);
 }
 
 TEST(Contains, HoldsToTheSurface) {
@@ -235,7 +235,7 @@ TEST(FitCapsuleToCylinder, HoldsTheRimsAndIsTheSmallest) {
     const CapsuleShape capsule = FitCapsuleToCylinder(radius, length);
     std::vector<Vector3d> rims;
     for (int i = 0; i < 720; ++i) {
-      const double angle = M_PI * i / 360.0;
+      const double angle = kPi * i / 360.0;
       for (const double z : {-0.5 * length, 0.5 * length}) {
         rims.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
       }
@@ -301,9 +301,9 @@ TEST(FitCapsules, CoversALargeSurface) {
   constexpr int kRings = 120;
   constexpr int kSides = 40;
   for (int i = 0; i <= kRings; ++i) {
-    const double s = 0.5 * M_PI * i / kRings;  // A quarter of a torus.
+    const double s = 0.5 * kPi * i / kRings;  // A quarter of a torus.
     for (int j = 0; j < kSides; ++j) {
-      const double t = 2.0 * M_PI * j / kSides;
+      const double t = 2.0 * kPi * j / kSides;
       const double out = 0.4 + 0.05 * std::cos(t);
       surface.points.emplace_back(out * std::cos(s), out * std::sin(s), 0.05 * std::sin(t));
     }

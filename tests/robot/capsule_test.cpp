@@ -1,4 +1,3 @@
-#include <cmath>
 #include <limits>
 #include <random>
 
@@ -6,6 +5,7 @@
 
 #include "allocation_guard.h"
 #include "eigen_matchers.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -121,7 +121,7 @@ ArmModel ArmWithCapsules() {
 
 TEST(PlaceCapsules, CarriesEachWithItsLink) {
   std::vector<PlacedCapsule> placed;
-  PlaceCapsules(ArmWithCapsules(), Eigen::Vector2d(M_PI / 2, 5.0), &placed);
+  PlaceCapsules(ArmWithCapsules(), Eigen::Vector2d(kPi / 2, 5.0), &placed);
   ASSERT_EQ(placed.size(), 3u);
   EXPECT_TRUE(test::Near(placed[0].p_WB, Vector3d(0, 0, 11), 1e-15));
   EXPECT_TRUE(test::Near(placed[1].p_WB, Vector3d(0, 1, 10), 1e-15));

@@ -8,6 +8,7 @@
 
 #include "eigen_matchers.h"
 #include "temporary_folder.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -33,7 +34,7 @@ std::vector<Facet> Tube(int sides) {
   std::vector<Facet> facets;
   for (int i = 0; i < sides; ++i) {
     const auto corner = [&](int k, float z) {
-      const float angle = 2.0F * static_cast<float>(M_PI) * static_cast<float>(k % sides) /
+      const float angle = 2.0F * static_cast<float>(kPi) * static_cast<float>(k % sides) /
                           static_cast<float>(sides);
       return Vector3f(std::cos(angle), std::sin(angle), z);
     };
@@ -115,7 +116,7 @@ TEST(ReadMeshFile, JoinsAndSmoothsAnStl) {
   for (std::size_t i = 0; i < parts[0].vertices.size(); ++i) {
     const Vector3f& p = parts[0].vertices[i];
     const Vector3f outwards = Vector3f(p.x(), p.y(), 0.0F).normalized();
-    EXPECT_GT(parts[0].normals[i].dot(outwards), std::cos(4.0 * M_PI / 180.0));
+    EXPECT_GT(parts[0].normals[i].dot(outwards), std::cos(4.0 * kPi / 180.0));
     EXPECT_NEAR(parts[0].normals[i].norm(), 1.0, 1e-5);
   }
 }

@@ -11,6 +11,7 @@
 #include "eigen_matchers.h"
 #include "oracle_arm.h"
 #include "temporary_folder.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 #include "vantage/robot/mesh_file.h"
 
@@ -164,10 +165,10 @@ TEST(ExampleUr5, HasTheMakersLimitsAndTool0) {
   EXPECT_EQ(urdf.base_link, "base");
   EXPECT_EQ(urdf.tip_link, "tool0");
   for (const JointLimits& limit : urdf.arm.limits()) {
-    EXPECT_DOUBLE_EQ(limit.lower, -2.0 * M_PI);
-    EXPECT_DOUBLE_EQ(limit.upper, 2.0 * M_PI);
-    EXPECT_DOUBLE_EQ(limit.velocity, M_PI);
-    EXPECT_DOUBLE_EQ(limit.acceleration, 5.0 * M_PI);
+    EXPECT_DOUBLE_EQ(limit.lower, -2.0 * kPi);
+    EXPECT_DOUBLE_EQ(limit.upper, 2.0 * kPi);
+    EXPECT_DOUBLE_EQ(limit.velocity, kPi);
+    EXPECT_DOUBLE_EQ(limit.acceleration, 5.0 * kPi);
   }
 }
 
@@ -235,8 +236,8 @@ TEST_F(Urdf, GivesContinuousJointsARange) {
                  Joint("fast", "continuous", "b", "c", "<limit velocity='4' effort='1'/>")));
   ASSERT_EQ(urdf.arm.size(), 2);
   for (const JointLimits& limit : urdf.arm.limits()) {
-    EXPECT_DOUBLE_EQ(limit.lower, -2.0 * M_PI);
-    EXPECT_DOUBLE_EQ(limit.upper, 2.0 * M_PI);
+    EXPECT_DOUBLE_EQ(limit.lower, -2.0 * kPi);
+    EXPECT_DOUBLE_EQ(limit.upper, 2.0 * kPi);
   }
   EXPECT_EQ(urdf.arm.limits()[0].velocity, 1.0);
   EXPECT_EQ(urdf.arm.limits()[1].velocity, 4.0);

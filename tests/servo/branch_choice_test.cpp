@@ -4,6 +4,7 @@
 
 #include "eigen_matchers.h"
 #include "vantage/config/loaders.h"
+#include "vantage/math/angles.h"
 #include "vantage/robot/kinematics.h"
 
 namespace vantage {
@@ -12,7 +13,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSolved = 1e-4;
-constexpr double kDegree = M_PI / 180.0;
 
 JointVector Joints(std::initializer_list<double> degrees) {
   JointVector q(static_cast<Eigen::Index>(degrees.size()));
@@ -32,8 +32,8 @@ struct Puma {
     rig.target_W = Vector3d(0, 0, 0.6);
     rig.axes = {{"R", 1.2, 2.0, 0.4, 1.2},
                 {"theta", 0.1, 1.5, 1.0, 3.0},
-                {"phi", -2.0 * M_PI, 2.0 * M_PI, 1.0, 3.0},
-                {"roll", -M_PI, M_PI, 1.0, 3.0}};
+                {"phi", -2.0 * kPi, 2.0 * kPi, 1.0, 3.0},
+                {"roll", -kPi, kPi, 1.0, 3.0}};
     rig.max_linear_speed = 0.4;
   }
 

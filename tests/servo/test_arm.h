@@ -1,13 +1,13 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <initializer_list>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "vantage/active/view.h"
+#include "vantage/math/angles.h"
 
 /// @file
 /// The small arm that the tests of the servo move, and what a camera looks at on it.
@@ -35,7 +35,7 @@ inline Eigen::Isometry3d LookFrom(const Eigen::Vector3d& p,
 
 /// Arm of the PUMA type: three joints, or five with a bend and a turn more; links of 0.4 m.
 inline ArmModel PumaArm(int joints = 3) {
-  const double right = M_PI / 2.0;
+  const double right = kPi / 2.0;
   std::vector<DhRow> rows{{JointKind::kRevolute, 0.0, 0.4, 0.0, right, 0.0},
                           {JointKind::kRevolute, 0.0, 0.0, 0.4, 0.0, 0.0},
                           {JointKind::kRevolute, 0.0, 0.0, 0.4, 0.0, 0.0},

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "servo_cell.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -152,7 +153,7 @@ TEST(LogCompositeGradient, MatchesCentralDifferences) {
   }
   // No direction is up where no marker is seen.
   Eigen::Isometry3d away = X_WC;
-  away.linear() *= Eigen::AngleAxisd(3.14159265358979323846, Eigen::Vector3d::UnitX()).matrix();
+  away.linear() *= Eigen::AngleAxisd(kPi, Eigen::Vector3d::UnitX()).matrix();
   EXPECT_FALSE(LogCompositeGradient(view, q, away).allFinite());
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "eigen_matchers.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -13,7 +14,7 @@ TEST(TagMarkers, AreTheCornersAgainstTheClock) {
   Tag tag;
   tag.id = 3;
   tag.size = 0.1;
-  tag.X_FT.linear() = Eigen::AngleAxisd(M_PI / 2.0, Vector3d::UnitZ()).toRotationMatrix();
+  tag.X_FT.linear() = Eigen::AngleAxisd(kPi / 2.0, Vector3d::UnitZ()).toRotationMatrix();
   tag.X_FT.translation() << 0.0, 0.0, 0.02;
   const std::vector<Marker> markers = TagMarkers(tag);
   ASSERT_EQ(markers.size(), 4U);

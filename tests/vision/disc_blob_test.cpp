@@ -8,6 +8,7 @@
 
 #include "eigen_matchers.h"
 #include "synthetic.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -18,8 +19,6 @@ using test::Blank;
 using test::DrawBox;
 using test::DrawDot;
 using test::Shape;
-
-constexpr double kPi = 3.14159265358979323846;
 
 DiscBlob Measure(const GreyImage& image, const Vector2d& seed, bool dark,
                  const DiscOptions& options = {}) {

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "eigen_matchers.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -13,8 +14,6 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
 
 CameraModel Straight() {
   CameraModel camera;

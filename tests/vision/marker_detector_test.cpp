@@ -9,6 +9,7 @@
 #include "allocation_guard.h"
 #include "eigen_matchers.h"
 #include "synthetic.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -41,7 +42,7 @@ MarkerPrediction At(int id, const Vector2d& pixel, double radius = 7.0, bool dar
   prediction.expected = true;
   prediction.image.centre = prediction.image.centroid = pixel;
   prediction.image.shape = Shape(radius, radius, 0.0);
-  prediction.image.area = 3.14159265358979323846 * radius * radius;
+  prediction.image.area = kPi * radius * radius;
   prediction.image.depth = 1.0;
   prediction.image.cos_incidence = 1.0;
   return prediction;

@@ -1,12 +1,12 @@
 #include "vantage/vision/marker_tracker.h"
 
-#include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "eigen_matchers.h"
 #include "synthetic.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -34,7 +34,7 @@ std::vector<MarkerPrediction> Predict(const std::vector<Vector2d>& pixels) {
     prediction.expected = InImage(Camera(), pixel);
     prediction.image.centre = prediction.image.centroid = pixel;
     prediction.image.shape = Shape(kRadius, kRadius, 0.0);
-    prediction.image.area = 3.14159265358979323846 * kRadius * kRadius;
+    prediction.image.area = kPi * kRadius * kRadius;
     prediction.image.cos_incidence = 1.0;
     predictions.push_back(prediction);
   }

@@ -6,6 +6,7 @@
 
 #include "eigen_matchers.h"
 #include "synthetic.h"
+#include "vantage/math/angles.h"
 
 namespace vantage {
 namespace {
@@ -19,7 +20,7 @@ MarkerPrediction At(const Vector2d& pixel, double radius, bool dark) {
   prediction.expected = true;
   prediction.image.centre = prediction.image.centroid = pixel;
   prediction.image.shape = test::Shape(radius, radius, 0.0);
-  prediction.image.area = 3.14159265358979323846 * radius * radius;
+  prediction.image.area = kPi * radius * radius;
   return prediction;
 }
 

@@ -92,16 +92,14 @@ struct ActiveOutput {
   ActiveReason reason{ActiveReason::kNone};     ///< Why it was last asked to move.
   ActiveRefusal refusal{ActiveRefusal::kNone};  ///< Why it does not move though asked to.
   RigVector q_c;                                ///< Commanded rig coordinates.
-  RigVector qdot_c;                             ///< Their rate [m/s, rad/s].
   Eigen::Isometry3d X_WC{Eigen::Isometry3d::Identity()};  ///< Commanded camera pose.
-  Twist V_WC_C{Twist::Zero()};  ///< Its twist. The servo reads its own off the measured poses.
-  JointVector q_goal;           ///< Joints the task is predicted to end at; empty: unknown.
-  double trigger_value{0.0};    ///< The trigger's measure now.
-  bool triggered{false};        ///< Below the threshold, hysteresis included.
-  double gain{0.0};             ///< Relative gain of the measure that the last move promised.
-  std::int64_t plans{0};        ///< Plans made so far.
-  std::int64_t moves{0};        ///< Moves begun so far.
-  std::int64_t fruitless{0};    ///< Plans that found no better view.
+  JointVector q_goal;         ///< Joints the task is predicted to end at; empty: unknown.
+  double trigger_value{0.0};  ///< The trigger's measure now.
+  bool triggered{false};      ///< Below the threshold, hysteresis included.
+  double gain{0.0};           ///< Relative gain of the measure that the last move promised.
+  std::int64_t plans{0};      ///< Plans made so far.
+  std::int64_t moves{0};      ///< Moves begun so far.
+  std::int64_t fruitless{0};  ///< Plans that found no better view.
   /// ∂ log w_c / ∂q for the arm's own motions: the camera task's to fill in; no rows: not known [1/rad].
   JointVector log_w_gradient{};
 };

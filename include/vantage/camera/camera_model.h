@@ -41,6 +41,15 @@ struct CameraModel {
 [[nodiscard]] Eigen::Vector2d ToNormalised(const CameraModel& camera,
                                            const Eigen::Vector2d& pixel) noexcept;
 
+/// Where normalised coordinates n would fall without the lens' distortion: the undistorted pixel
+/// CalibrationJacobian() n + (u0, v0) [px]. What markers are measured as.
+[[nodiscard]] Eigen::Vector2d ToUndistortedPixel(const CameraModel& camera,
+                                                 const Eigen::Vector2d& n) noexcept;
+
+/// Its inverse: normalised coordinates of an undistorted pixel [-].
+[[nodiscard]] Eigen::Vector2d FromUndistortedPixel(const CameraModel& camera,
+                                                   const Eigen::Vector2d& pixel) noexcept;
+
 /// ∂(u, v)/∂n at n [px].
 [[nodiscard]] Eigen::Matrix2d PixelJacobian(const CameraModel& camera,
                                             const Eigen::Vector2d& n) noexcept;

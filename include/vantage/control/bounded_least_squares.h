@@ -4,10 +4,6 @@
 
 namespace vantage {
 
-/// n×n matrix of joints.
-using JointMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
-
 /// Outcome of MinimiseInBox().
 struct BoxSolution {
   JointVector x;        ///< Within the box, exactly.

@@ -12,6 +12,9 @@ namespace vantage {
 
 /// Joint positions [rad or m], velocities [rad/s or m/s] or accelerations; n rows.
 using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+/// n×n: of pairs of joints, JᵀJ for instance.
+using JointMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
 /// 6×n arm Jacobian, rows ordered as Twist.
 using ArmJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;
 /// 3×n: ∂P/∂q of a point P on the arm [m/rad or m/m].

@@ -32,6 +32,17 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 [[nodiscard]] Twist Displacement(const Eigen::Isometry3d& X_WA,
                                  const Eigen::Isometry3d& X_WB) noexcept;
 
+/// The pose a fraction of the way from X_WA to X_WB, on the screw motion that leads there: 0 is X_WA, 1 is
+/// X_WB; beyond them, the motion goes on.
+[[nodiscard]] Eigen::Isometry3d PoseBetween(const Eigen::Isometry3d& X_WA,
+                                            const Eigen::Isometry3d& X_WB,
+                                            double fraction) noexcept;
+
+/// Angle of the one rotation that takes A's axes to B's [rad], in [0, π]; of the axes of two poses:
+/// AngleBetween(X_WA.linear(), X_WB.linear()).
+[[nodiscard]] double AngleBetween(const Eigen::Matrix3d& R_WA,
+                                  const Eigen::Matrix3d& R_WB) noexcept;
+
 /// True when every entry is finite and the rotation is orthonormal to 1e-6.
 [[nodiscard]] bool IsPose(const Eigen::Isometry3d& X) noexcept;
 

@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "vantage/camera/camera_rig.h"
+#include "vantage/math/angles.h"
 #include "vantage/observability/batch.h"
 #include "vantage/plan/arm_motion.h"
 
@@ -58,7 +59,7 @@ struct PlanLimits {
   std::optional<DepthLimits> focus;  ///< Depths at which the lens is sharp [m].
   /// Radius of the ball about each marker's centre that has to be in the field of view [m]; >= 0.
   double rim{0.0};
-  double max_incidence{M_PI};      ///< Between a marker's normal and the ray to it [rad]; pi: any.
+  double max_incidence{kPi};       ///< Between a marker's normal and the ray to it [rad]; pi: any.
   bool occlusion{true};            ///< Whether the arm's capsules hide markers.
   std::vector<BatchBox> boxes;     ///< Things that hide markers; at most 16.
   std::vector<BatchBox> keep_out;  ///< Where the camera's centre must not be.

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "vantage/math/angles.h"
 #include "vantage/math/sizes.h"
 #include "vantage/math/spatial.h"
 #include "vantage/robot/arm_visual.h"
@@ -47,10 +48,10 @@ struct JointTransform {
 
 /// Bounds of one joint.
 struct JointLimits {
-  double lower{-3.141592653589793};  ///< [rad] or [m].
-  double upper{3.141592653589793};   ///< [rad] or [m]; > lower.
-  double velocity{1.0};              ///< [rad/s] or [m/s]; > 0.
-  double acceleration{10.0};         ///< [rad/s²] or [m/s²]; > 0.
+  double lower{-kPi};         ///< [rad] or [m].
+  double upper{kPi};          ///< [rad] or [m]; > lower.
+  double velocity{1.0};       ///< [rad/s] or [m/s]; > 0.
+  double acceleration{10.0};  ///< [rad/s²] or [m/s²]; > 0.
 };
 
 /// A cylinder with round ends, fixed to a link: its body for occlusion.
