@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "raw_client.h"
 #include "samples.h"
 #include "vantage/math/error.h"
@@ -19,13 +20,8 @@ namespace vantage {
 namespace {
 
 using std::chrono::milliseconds;
+using test::AnyPort;
 using test::BecomesTrue;
-
-TcpHubOptions AnyPort() {
-  TcpHubOptions options;
-  options.port = 0;
-  return options;
-}
 
 JointState StateNow(double q0 = 0.0) {
   JointState state = test::SampleJointState();

@@ -8,6 +8,7 @@
 #include <drake/lcmt_panda_status.hpp>
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "raw_client.h"
 #include "samples.h"
 #include "vantage/messaging/clock_offset.h"
@@ -158,9 +159,7 @@ TEST(ClockOffset, TakesReorderedMessagesForTheSameClock) {
 }
 
 TEST(PandaBridge, PassesStatesAndCommandsAndStandsWhenTheServoIsGone) {
-  TcpHubOptions any_port;
-  any_port.port = 0;
-  const TcpHub hub(any_port);
+  const TcpHub hub(test::AnyPort());
   std::mutex mutex;
   JointState state;
   PandaCommand command;
