@@ -163,9 +163,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Finds where a camera should stand for an arm's motion: the best observability (paper, eqs. "
       "13, 14, 16, 23) under field of view, depth, focus, occlusion, facing and keep-out limits. "
-      "Writes the camera as YAML for vantage-run, a heat map and pictures of the views. Exit code "
-      "1 "
-      "when no camera keeps all limits.",
+      "Writes the camera as YAML for vantage-run, a heat map and pictures of the views.",
       vantage::PlanTeam::kProgram);
   app.add_option("problem", arguments.problem,
                  "Built-in problem (see --list), a YAML file, or a scenario's name");
@@ -182,7 +180,8 @@ int main(int argc, char** argv) {
                  "Of a sweep: works on part i of N; the parts are independent")
       ->type_name("i/N")
       ->capture_default_str();
-  app.add_option("--merge", arguments.merge, "Joins the tables of a sweep's shards into sweep.csv")
+  app.add_option("--merge", arguments.merge,
+                 "Joins the tables of a sweep's shards into sweep.csv in --out")
       ->type_name("FILES");
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
   app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");

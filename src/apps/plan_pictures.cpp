@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "plan_print.h"
+#include "render_picture.h"
 #include "sim/render/arm_scene.h"
 #include "sim/render/renderer.h"
 #include "vantage/math/angles.h"
@@ -195,11 +196,7 @@ std::vector<std::string> DrawViews(const PlacementSetup& setup, const PlacementR
   cv::Mat both;
   for (const bool best : {true, false}) {
     const PlacedCamera& view = best ? result.best : result.worst;
-    ColourImage image;
-    renderer.RenderColour(view.X_WC, state, &image);
-    const cv::Mat rgb(image.height, image.width, CV_8UC3, image.pixels.data());
-    cv::Mat bgr;
-    cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+    const cv::Mat bgr = RenderPicture(&renderer, view.X_WC, state);
     char caption[80];
     std::snprintf(caption, sizeof caption, "%s: %.4g", best ? "best" : "worst of the grid",
                   view.value);

@@ -1,20 +1,15 @@
 #include "run_lockstep.h"
 
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
+#include "render_picture.h"
 #include "vantage/math/error.h"
 
 namespace vantage {
 namespace {
 
 void WritePicture(sim::Renderer* renderer, const sim::WorldView& view, const std::string& path) {
-  ColourImage image;
-  renderer->RenderColour(view.X_WC, view.scene, &image);
-  const cv::Mat rgb(image.height, image.width, CV_8UC3, image.pixels.data());
-  cv::Mat bgr;
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-  if (!cv::imwrite(path, bgr)) throw WriteError(path);
+  if (!cv::imwrite(path, RenderPicture(renderer, view.X_WC, view.scene))) throw WriteError(path);
 }
 
 }  // namespace

@@ -156,8 +156,7 @@ int main(int argc, char** argv) {
   vantage::Arguments arguments;
   CLI::App app(
       "Runs a scenario: simulated cell, servo, active camera. Ends when the servo has converged or "
-      "at the "
-      "time limit; exit code 0 only if it converged.",
+      "at the time limit.",
       "vantage-run");
   app.add_option("scenario", arguments.scenario, "Built-in scenario (see --list) or a YAML file")
       ->capture_default_str();

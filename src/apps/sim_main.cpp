@@ -5,10 +5,9 @@
 #include <iostream>
 #include <thread>
 
-#include <opencv2/imgproc.hpp>
-
 #include "app.h"
 #include "image_message.h"
+#include "render_picture.h"
 #include "sim/world.h"
 #include "vantage/config/scenario.h"
 #include "vantage/messaging/lcm_link.h"
@@ -68,14 +67,10 @@ class ImagePublisher {
  private:
   void Loop() {
     sim::WorldView view;
-    ColourImage image;
     RunPeriodic(FromSeconds(1.0 / rate_), stop_, [&] {
       if (!view_.Take(&view)) return;
-      renderer_.RenderColour(view.X_WC, view.scene, &image);
-      cv::Mat rgb(image.height, image.width, CV_8UC3, image.pixels.data());
-      cv::Mat bgr;
-      cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
-      link_->Publish(kCameraImageChannel, JpegMessage(bgr, view.stamp));
+      link_->Publish(kCameraImageChannel,
+                     JpegMessage(RenderPicture(&renderer_, view.X_WC, view.scene), view.stamp));
     });
   }
 

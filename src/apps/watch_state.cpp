@@ -71,8 +71,7 @@ void WatchCollector::NoteSetup(const std::optional<ServoSetup>& before) {
   if (before && before->start == now.start) return;
   state_.scenario.reset();
   try {
-    state_.scenario =
-        ReadScenario({"log:" + now.scenario_name, "", now.scenario}, now.scenario_name);
+    state_.scenario = ReadRecordedScenario(now.scenario_name, now.scenario);
   } catch (const Error&) {
     // A robot file of another machine: the view does without limits.
   }

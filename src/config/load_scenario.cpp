@@ -398,4 +398,8 @@ Scenario ReadScenario(const ConfigText& text, const std::string& name, SchemaRec
   return scenario;
 }
 
+Scenario ReadRecordedScenario(const std::string& name, const std::string& text) {
+  return ReadScenario({"log:" + name, "", text}, name);
+}
+
 }  // namespace vantage

@@ -15,6 +15,7 @@
 
 #include "tcpq_client.h"
 #include "vantage/math/error.h"
+#include "vantage/messaging/tcp_hub.h"
 
 #if defined(__SANITIZE_THREAD__)
 // LCM and GLib come without instrumentation, and GLib's locks are system calls that ThreadSanitizer
@@ -43,8 +44,8 @@ constexpr Duration kLastRetry = milliseconds(500);
 
 // tcpq://host:port, both of which may be left out.
 struct TcpAddress {
-  std::string host{"127.0.0.1"};
-  std::uint16_t port{7700};
+  std::string host{kDefaultHubAddress};
+  std::uint16_t port{kDefaultHubPort};
 };
 
 std::optional<TcpAddress> ParseTcpUrl(const std::string& url) {

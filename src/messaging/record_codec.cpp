@@ -1,6 +1,7 @@
 #include <vantage_msgs/servo_inputs_t.hpp>
 #include <vantage_msgs/servo_setup_t.hpp>
 
+#include "vantage/math/spatial.h"
 #include "vantage/messaging/codec.h"
 #include "wire.h"
 
@@ -17,9 +18,18 @@ Time FromNanoseconds(std::int64_t ns) noexcept {
   return Time(Duration(ns));
 }
 
+Eigen::Isometry3d FromWire(const vantage_msgs::servo_pose_t& wire) noexcept {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) X(row, column) = wire.X_WC[row][column];
+  }
+  return X;
+}
+
 void CheckPose(const vantage_msgs::servo_pose_t& wire, Checks* checks) noexcept {
-  checks->Magnitude(&wire.X_WC[0][0], 12);
-  checks->Require(wire.time_ns >= 0, Refusal::kBadTime);
+  checks->Magnitude(&wire.X_WC[0][0], 12)
+      .Require(IsPose(FromWire(wire)), Refusal::kOutOfRange)
+      .Require(wire.time_ns >= 0, Refusal::kBadTime);
 }
 
 void CheckImage(const vantage_msgs::servo_image_t& wire, Checks* checks) noexcept {
@@ -49,14 +59,6 @@ void ToWire(Time time, const Eigen::Isometry3d& X, vantage_msgs::servo_pose_t* w
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 4; ++column) wire->X_WC[row][column] = X(row, column);
   }
-}
-
-Eigen::Isometry3d FromWire(const vantage_msgs::servo_pose_t& wire) noexcept {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) X(row, column) = wire.X_WC[row][column];
-  }
-  return X;
 }
 
 vantage_msgs::servo_image_t ToWire(const ImageFeatures& features) {

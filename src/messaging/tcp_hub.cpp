@@ -123,7 +123,7 @@ class TcpHub::Server {
 
   [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
   [[nodiscard]] std::string url() const {
-    const std::string host = options_.address == "0.0.0.0" ? "127.0.0.1" : options_.address;
+    const std::string host = options_.address == "0.0.0.0" ? kDefaultHubAddress : options_.address;
     return "tcpq://" + host + ":" + std::to_string(port_);
   }
 

@@ -31,8 +31,7 @@ const char* const kCompared[] = {kJointCommandChannel, kObservabilityChannel, kS
                                  kCameraPoseCommandChannel};
 
 Scenario LoadRecorded(const ServoSetup& setup) {
-  Scenario scenario =
-      ReadScenario({"log:" + setup.scenario_name, "", setup.scenario}, setup.scenario_name);
+  Scenario scenario = ReadRecordedScenario(setup.scenario_name, setup.scenario);
   scenario.active.enabled = setup.active_camera;
   return scenario;
 }

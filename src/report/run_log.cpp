@@ -150,8 +150,7 @@ RunLog ReadRunLog(const std::string& path, const std::string& prefix, const std:
     log.scenario = LoadScenario(scenario);
   } else if (!log.starts.empty()) {
     const ServoSetup& setup = log.starts.front();
-    log.scenario =
-        ReadScenario({"log:" + setup.scenario_name, "", setup.scenario}, setup.scenario_name);
+    log.scenario = ReadRecordedScenario(setup.scenario_name, setup.scenario);
   }
   SetTimeAxis(&log);
   return log;

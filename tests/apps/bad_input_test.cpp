@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "contains.h"
 #include "program.h"
 #include "temporary_folder.h"
 
@@ -13,10 +14,7 @@ namespace vantage {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool Contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::Contains;
 
 test::ProgramRun Start(const std::string& command) {
   return test::RunProgram(VANTAGE_BIN "/" + command);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "any_port.h"
 #include "sim/world.h"
 #include "temporary_folder.h"
 #include "vantage/messaging/lcm_link.h"
@@ -23,7 +24,7 @@ constexpr int kImages = 20;
 /// A hub, the program, and what came of it.
 class Camera {
  public:
-  Camera() : hub_(AnyPort()), link_({hub_.url(), ""}) {
+  Camera() : hub_(test::AnyPort()), link_({hub_.url(), ""}) {
     link_.Subscribe<ImageFeatures>(kImageFeaturesChannel,
                                    [this](const ImageFeatures& v) {
                                      const std::lock_guard lock(mutex_);
@@ -55,12 +56,6 @@ class Camera {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
 
  private:
-  static TcpHubOptions AnyPort() {
-    TcpHubOptions options;
-    options.port = 0;
-    return options;
-  }
-
   test::TemporaryFolder folder_;
   TcpHub hub_;
   mutable std::mutex mutex_;

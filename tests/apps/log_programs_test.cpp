@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "../replay/recorded_cell.h"
+#include "contains.h"
 #include "program.h"
 #include "temporary_folder.h"
 
@@ -13,10 +14,7 @@ namespace vantage {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool Contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::Contains;
 
 class LogPrograms : public ::testing::Test {
  protected:

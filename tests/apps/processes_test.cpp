@@ -12,7 +12,9 @@
 
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "becomes_true.h"
+#include "program.h"
 #include "temporary_folder.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/tcp_hub.h"
@@ -32,7 +34,7 @@ std::string Program(const std::string& name) {
 /// A hub, and what the servo says on it.
 class Cell {
  public:
-  Cell() : hub_(AnyPort()), link_({hub_.url(), ""}) {
+  Cell() : hub_(test::AnyPort()), link_({hub_.url(), ""}) {
     link_.Subscribe<ServoStatus>(kServoStatusChannel, [this](const ServoStatus& v) {
       const std::lock_guard lock(mutex_);
       status_ = v;
@@ -86,12 +88,6 @@ class Cell {
   }
 
  private:
-  static TcpHubOptions AnyPort() {
-    TcpHubOptions options;
-    options.port = 0;
-    return options;
-  }
-
   TcpHub hub_;
   mutable std::mutex mutex_;
   std::optional<ServoStatus> status_;
@@ -246,23 +242,8 @@ TEST(Processes, ToldToStopBeforeItHeardAnArmTheServoCommandsNothing) {
   EXPECT_EQ(cell.command().q.size(), 0);
 }
 
-/// Runs a program and gives its exit code and what it printed.
-std::pair<int, std::string> RunProgram(std::vector<std::string> arguments,
-                                       const std::string& program = "vantage-run") {
-  const std::string log = (std::filesystem::temp_directory_path() /
-                           ("vantage_run_" + std::to_string(getpid()) + ".txt"))
-                              .string();
-  std::filesystem::remove(log);
-  ChildOptions options;
-  options.arguments = {Program(program)};
-  options.arguments.insert(options.arguments.end(), arguments.begin(), arguments.end());
-  options.output = log;
-  ChildProcess child(options);
-  const auto status = child.WaitFor(seconds(120));
-  std::ostringstream text;
-  text << std::ifstream(log).rdbuf();
-  std::filesystem::remove(log);
-  return {status ? status->code : -1, text.str()};
+test::ProgramRun VantageRun(const std::string& arguments) {
+  return test::RunProgram(Program("vantage-run") + " " + arguments);
 }
 
 class RunTest : public ::testing::Test {
@@ -280,8 +261,7 @@ class RunTest : public ::testing::Test {
 
 // The main job, all processes: converges, exit code 0, and the run folder holds what it promises.
 TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
-  const auto [code, text] =
-      RunProgram({"puma560-bad-view", "--out", folder_.string(), "--priority", "0"});
+  const auto [text, code] = VantageRun("puma560-bad-view --priority 0 --out " + folder_.string());
   EXPECT_EQ(code, 0) << text;
   EXPECT_NE(text.find("converged after"), std::string::npos) << text;
   EXPECT_NE(text.find("tools/spy"), std::string::npos);
@@ -291,17 +271,17 @@ TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
     EXPECT_GT(std::filesystem::file_size(RunFolder() / name), 500u) << name;
   }
   // What real threads did on the wall clock comes out again, to the last bit that counts.
-  const auto [replay_code, replay_text] =
-      RunProgram({"--replay", RunFolder() / "events.lcm"}, "vantage-servo");
+  const auto [replay_text, replay_code] = test::RunProgram(Program("vantage-servo") + " --replay " +
+                                                           (RunFolder() / "events.lcm").string());
   EXPECT_EQ(replay_code, 0) << replay_text;
   EXPECT_NE(replay_text.find("\n  reproduced to 1e-09"), std::string::npos) << replay_text;
 }
 
 // A user's own arm: no scenario, no code.
 TEST_F(RunTest, RunsAUrdfArmWithDotsOfItsChoice) {
-  const auto [code, text] =
-      RunProgram({"--robot", std::string(VANTAGE_CONFIG_FOLDER) + "/robots/ur5.urdf", "--markers",
-                  "4", "--lockstep", "--out", folder_.string()});
+  const auto [text, code] =
+      VantageRun("--robot " VANTAGE_CONFIG_FOLDER "/robots/ur5.urdf --markers 4 --lockstep --out " +
+                 folder_.string());
   EXPECT_EQ(code, 0) << text;
   EXPECT_NE(text.find("converged after"), std::string::npos) << text;
   EXPECT_TRUE(std::filesystem::exists(RunFolder() / "scenario.yaml"));
@@ -314,34 +294,30 @@ TEST_F(RunTest, AMissingMeshIsAWarningAndACapsule) {
   urdf << in.rdbuf();
   const std::string path = (folder_ / "my.urdf").string();
   std::ofstream(path) << urdf.str();  // Its meshes stay behind.
-  const auto [code, text] = RunProgram(
-      {"--robot", path, "--lockstep", "--time-limit", "1", "--out", (folder_ / "runs").string()});
+  const auto [text, code] = VantageRun("--lockstep --time-limit 1 --robot " + path + " --out " +
+                                       (folder_ / "runs").string());
   EXPECT_EQ(code, 1) << text;
   EXPECT_NE(text.find("warning: "), std::string::npos) << text;
   EXPECT_NE(text.find("forearm.dae"), std::string::npos) << text;
 }
 
 TEST_F(RunTest, FixedCameraInABadViewEndsWithExitCodeOne) {
-  const auto [code, text] = RunProgram({"puma560-bad-view", "--camera", "fixed", "--time-limit",
-                                        "4", "--lockstep", "--out", folder_.string()});
+  const auto [text, code] = VantageRun(
+      "puma560-bad-view --camera fixed --time-limit 4 --lockstep --out " + folder_.string());
   EXPECT_EQ(code, 1) << text;
   EXPECT_NE(text.find("NOT converged"), std::string::npos) << text;
 }
 
 TEST_F(RunTest, BadInputIsOneLineExitCodeTwoAndNothingWritten) {
-  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"no-such-scenario"},
-                                                    {"--camera", "sideways"},
-                                                    {"--time-limit", "-3"}}) {
-    std::vector<std::string> all = arguments;
-    all.insert(all.end(), {"--out", folder_.string()});
-    const auto [code, text] = RunProgram(all);
-    EXPECT_EQ(code, 2) << arguments[0] << ": " << text;
-    EXPECT_FALSE(std::filesystem::exists(folder_)) << arguments[0];
+  for (const std::string arguments : {"no-such-scenario", "--camera sideways", "--time-limit -3"}) {
+    const auto [text, code] = VantageRun(arguments + " --out " + folder_.string());
+    EXPECT_EQ(code, 2) << arguments << ": " << text;
+    EXPECT_FALSE(std::filesystem::exists(folder_)) << arguments;
   }
   const test::TemporaryFolder elsewhere;
   const std::string broken = elsewhere.Write(
       "broken.yaml", "robot: puma560\nmarkers:\n  - {id: 0, position: [0, 0, 0.02], radius: -1}\n");
-  const auto [code, text] = RunProgram({broken, "--out", folder_.string()});
+  const auto [text, code] = VantageRun(broken + " --out " + folder_.string());
   EXPECT_EQ(code, 2);
   EXPECT_NE(text.find(broken + ":3: "), std::string::npos) << text;
   EXPECT_NE(text.find("radius"), std::string::npos) << text;

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "../messaging/samples.h"
+#include "any_port.h"
+#include "contains.h"
 #include "program.h"
 #include "vantage/messaging/tcp_hub.h"
 #include "vantage/runtime/child_process.h"
@@ -12,6 +14,8 @@
 
 namespace vantage {
 namespace {
+
+using test::Contains;
 
 constexpr Time kNow = Time(std::chrono::seconds(100));
 
@@ -29,10 +33,6 @@ std::string Text(const std::vector<TextLine>& lines) {
     text += '\n';
   }
   return text;
-}
-
-bool Contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 // A servo that has said everything it can say.
@@ -176,9 +176,7 @@ TEST(Sparkline, GoesFromLeastToGreatest) {
 
 // The program, told where to listen, prints one view of what others publish.
 TEST(WatchProgram, PrintsOneViewOfAHub) {
-  TcpHubOptions options;
-  options.port = 0;
-  const TcpHub hub(options);
+  const TcpHub hub(test::AnyPort());
   ChildOptions publisher_options;
   publisher_options.arguments = {VANTAGE_PUBLISH_SAMPLES, "600", hub.url()};
   publisher_options.output = "/dev/null";
@@ -191,9 +189,7 @@ TEST(WatchProgram, PrintsOneViewOfAHub) {
 }
 
 TEST(WatchProgram, SaysThatItHeardNothing) {
-  TcpHubOptions options;
-  options.port = 0;
-  const TcpHub hub(options);
+  const TcpHub hub(test::AnyPort());
   const auto run =
       test::RunProgram("LCM_DEFAULT_URL='" + hub.url() + "' " VANTAGE_WATCH " --once --wait 0.2");
   EXPECT_EQ(run.exit_code, 1) << run.output;

@@ -338,5 +338,15 @@ TEST(SchemaRecorder, KeepsBothFormsOfAKey) {
   EXPECT_EQ(recorder.entries()[0].type, "number or text");
 }
 
+TEST(SchemaRecorder, KeepsATypeWhoseNameIsPartOfAnother) {
+  SchemaRecorder recorder;
+  recorder.Add({"a", "list of 3 numbers", "", "", "", ""});
+  recorder.Add({"a", "number", "", "", "", ""});
+  recorder.Add({"a", "number", "", "", "", ""});
+  recorder.Add({"a", "list of 3 numbers", "", "", "", ""});
+  ASSERT_EQ(recorder.entries().size(), 1u);
+  EXPECT_EQ(recorder.entries()[0].type, "list of 3 numbers or number");
+}
+
 }  // namespace
 }  // namespace vantage

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "config_error.h"
 #include "temporary_folder.h"
 #include "vantage/config/camera_plan_file.h"
 #include "vantage/config/scenario.h"
@@ -41,6 +42,14 @@ TEST(SelfContained, BuiltInScenariosAreTheSame) {
     EXPECT_EQ(text.folder, "");
     ExpectSame(LoadScenario(name), ReadScenario(text, name));
   }
+}
+
+TEST(SelfContained, ErrorsOfARecordedScenarioNameTheLog) {
+  EXPECT_EQ(ReadRecordedScenario("mine", SelfContainedScenario("puma560-bad-view").text).name,
+            "mine");
+  const std::string error =
+      test::ConfigErrorOf([] { (void)ReadRecordedScenario("mine", "robot: puma560\n"); });
+  EXPECT_EQ(error.rfind("log:mine", 0), 0u) << error;
 }
 
 // Robots beside the scenario's file, described in YAML and in URDF, found from anywhere.

@@ -722,6 +722,13 @@ TEST(ServoRecordRefusals, OneByOne) {
             Refusal::kNotFinite);
   EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].pose[0].X_WC[0][0] = kInfinity; }),
             Refusal::kNotFinite);
+  // No rotation: a column stretched, and one turned over.
+  EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].pose[0].X_WC[0][0] += 1e-3; }),
+            Refusal::kOutOfRange);
+  EXPECT_EQ(changed([](servo_inputs_t* m) {
+              for (auto& row : m->periods[1].image[0].exposure.X_WC) row[2] = -row[2];
+            }),
+            Refusal::kOutOfRange);
   EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].image[0].u[0] = 1e7; }),
             Refusal::kOutOfRange);
   EXPECT_EQ(changed([](servo_inputs_t* m) { m->periods[1].image[0].valid[0] = 2; }),

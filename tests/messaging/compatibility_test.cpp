@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <lcm/lcm-cpp.hpp>
 
+#include "any_port.h"
 #include "raw_client.h"
 #include "samples.h"
 #include "temporary_folder.h"
@@ -138,9 +139,7 @@ LogContent ReadLog(const std::string& path) {
 TEST(StockLogger, RecordsAndReplaysThroughTheHub) {
   const test::TemporaryFolder folder;
   const std::string log = folder.path() / "log";
-  TcpHubOptions any_port;
-  any_port.port = 0;
-  const TcpHub hub(any_port);
+  const TcpHub hub(test::AnyPort());
   {
     ChildOptions logger_options;
     logger_options.arguments = {"lcm-logger", "--lcm-url=" + hub.url(), log};

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "samples.h"
 #include "temporary_folder.h"
 #include "vantage/math/error.h"
@@ -72,9 +73,7 @@ TEST(EventLog, SaysWhatCannotBeReadOrWritten) {
 TEST(EventRecorder, MissesNothingFromItsConstructionOn) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() / "log";
-  TcpHubOptions options;
-  options.port = 0;
-  const TcpHub hub(options);
+  const TcpHub hub(test::AnyPort());
   LcmLink link({hub.url(), ""});
   link.Start();
   constexpr int kMessages = 500;

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "raw_client.h"
 #include "samples.h"
 #include "vantage/math/error.h"
@@ -19,13 +20,8 @@ namespace vantage {
 namespace {
 
 using std::chrono::milliseconds;
+using test::AnyPort;
 using test::BecomesTrue;
-
-TcpHubOptions AnyPort() {
-  TcpHubOptions options;
-  options.port = 0;
-  return options;
-}
 
 JointState StateNow(double q0 = 0.0) {
   JointState state = test::SampleJointState();
@@ -392,10 +388,11 @@ TEST(LcmLinkReconnects, WhenTheHubComesLater) {
       &link, "A", [] { return StateNow(); }, [&] { return arrived > 0; }));
 }
 
-// A server that says what it is told to: the worst a hub can be.
+// A server that says what it is told to, and then nothing, or hangs up: the worst a hub can be.
 class FakeHub {
  public:
-  explicit FakeHub(test::RawBytes says) : says_(std::move(says)) {
+  explicit FakeHub(test::RawBytes says, bool hangs_up = false)
+      : says_(std::move(says)), hangs_up_(hangs_up) {
     listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -412,6 +409,7 @@ class FakeHub {
         ++accepted_;
         clients_.push_back(client);
         send(client, says_.data(), says_.size(), MSG_NOSIGNAL);
+        if (hangs_up_) shutdown(client, SHUT_WR);
       }
     });
   }
@@ -429,6 +427,7 @@ class FakeHub {
 
  private:
   const test::RawBytes says_;
+  const bool hangs_up_;
   int listener_{-1};
   std::uint16_t port_{0};
   std::vector<int> clients_;
@@ -465,14 +464,31 @@ TEST(LcmLinkSurvives, AServerThatIsNoHub) {
 }
 
 TEST(LcmLinkSurvives, AHubThatStopsInTheMiddleOfAMessage) {
-  test::RawBytes half = test::PublishMessage("A", test::Encoded(test::SampleJointState()));
-  half.resize(40);
-  const FakeHub hub(Joined(ServerHello(), half));
+  const test::RawBytes whole = test::PublishMessage("A", test::Encoded(StateNow()));
+  const test::RawBytes half(whole.begin(), whole.begin() + 40);
+  const FakeHub hub(Joined(ServerHello(), Joined(whole, half)));
   LcmLink link({hub.url(), ""});
   std::atomic<int> arrived{0};
   link.Subscribe<JointState>("A", [&](const JointState&) { ++arrived; });
   link.Start();
+  // The half was sent together with the whole one before it.
+  EXPECT_TRUE(BecomesTrue([&] { return arrived > 0; }));
   EXPECT_TRUE(link.Publish("A", StateNow()));
+  EXPECT_EQ(link.stats().received, 1);
+  EXPECT_EQ(arrived, 1);
+}
+
+TEST(LcmLinkSurvives, AHubThatHangsUpInTheMiddleOfAMessage) {
+  test::RawBytes half = test::PublishMessage("A", test::Encoded(StateNow()));
+  half.resize(40);
+  const FakeHub hub(Joined(ServerHello(), half), true);
+  LcmLink link({hub.url(), ""});
+  std::atomic<int> arrived{0};
+  link.Subscribe<JointState>("A", [&](const JointState&) { ++arrived; });
+  link.Start();
+  // It comes again once it has read the half and the end.
+  EXPECT_TRUE(BecomesTrue([&] { return hub.accepted() >= 3; }));
+  EXPECT_EQ(link.stats().received, 0);
   EXPECT_EQ(arrived, 0);
 }
 

@@ -11,6 +11,7 @@
 
 #include "allocation_meter.h"
 #include "samples.h"
+#include "vantage/math/spatial.h"
 #include "vantage/messaging/codec.h"
 
 namespace vantage {
@@ -154,9 +155,10 @@ bool Sound(const ServoRecord& value) {
                                inputs.joints.q.size() == inputs.joints.qdot.size())) {
       return false;
     }
-    if (inputs.has_pose && !inputs.pose.X_WC.matrix().allFinite()) return false;
+    if (inputs.has_pose && !IsPose(inputs.pose.X_WC)) return false;
     if (inputs.has_features &&
-        !(inputs.features.count >= 0 && inputs.features.count <= kMaxMarkers)) {
+        !(inputs.features.count >= 0 && inputs.features.count <= kMaxMarkers &&
+          IsPose(inputs.features.X_WC))) {
       return false;
     }
   }

@@ -8,6 +8,7 @@
 #include <drake/lcmt_panda_status.hpp>
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "raw_client.h"
 #include "samples.h"
 #include "vantage/messaging/clock_offset.h"
@@ -121,10 +122,44 @@ TEST(ClockOffset, ForgetsWhatIsLongAgo) {
   }
 }
 
+// What was least before a long pause is as old as the pause: the sender may be another by now.
+TEST(ClockOffset, BeginsAnewAfterAGapLongerThanTheWindow) {
+  ClockOffset clock(seconds(10));
+  const Time arrival = Time(seconds(100));
+  EXPECT_EQ(clock.Translate(arrival - milliseconds(1), arrival), arrival);
+  const Time later = arrival + seconds(21);
+  EXPECT_EQ(clock.Translate(later - seconds(5), later), later);
+  const Time next = later + milliseconds(10);
+  EXPECT_EQ(clock.Translate(next - seconds(5), next), next);
+}
+
+TEST(ClockOffset, KeepsTheWindowBeforeAcrossAShorterGap) {
+  ClockOffset clock(seconds(10));
+  const Time arrival = Time(seconds(100));
+  EXPECT_EQ(clock.Translate(arrival - milliseconds(1), arrival), arrival);
+  const Time later = arrival + seconds(19);
+  EXPECT_EQ(clock.Translate(later - milliseconds(3), later), later - milliseconds(2));
+}
+
+// A driver that was started anew at once, with a clock that begins at zero.
+TEST(ClockOffset, BeginsAnewWhenTheSendersClockGoesBack) {
+  ClockOffset clock(seconds(10));
+  const Time arrival = Time(seconds(100));
+  EXPECT_EQ(clock.Translate(Time(seconds(50)), arrival), arrival);
+  const Time later = arrival + seconds(2);
+  EXPECT_EQ(clock.Translate(Time(milliseconds(1)), later), later);
+}
+
+TEST(ClockOffset, TakesReorderedMessagesForTheSameClock) {
+  ClockOffset clock(seconds(10));
+  const Time arrival = Time(seconds(100));
+  EXPECT_EQ(clock.Translate(arrival - milliseconds(1), arrival), arrival);
+  const Time later = arrival + milliseconds(1);
+  EXPECT_EQ(clock.Translate(arrival - milliseconds(11), later), arrival - milliseconds(10));
+}
+
 TEST(PandaBridge, PassesStatesAndCommandsAndStandsWhenTheServoIsGone) {
-  TcpHubOptions any_port;
-  any_port.port = 0;
-  const TcpHub hub(any_port);
+  const TcpHub hub(test::AnyPort());
   std::mutex mutex;
   JointState state;
   PandaCommand command;

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "raw_client.h"
 #include "samples.h"
 #include "vantage/messaging/lcm_link.h"
@@ -15,13 +16,8 @@ namespace vantage {
 namespace {
 
 using std::chrono::milliseconds;
+using test::AnyPort;
 using test::BecomesTrue;
-
-TcpHubOptions AnyPort() {
-  TcpHubOptions options;
-  options.port = 0;
-  return options;
-}
 
 // Publishes all channels at 50 Hz.
 ChildProcess StartPublisher(const std::string& url) {

@@ -12,6 +12,7 @@
 #include <net/if.h>
 #include <unistd.h>
 
+#include "any_port.h"
 #include "raw_client.h"
 #include "vantage/math/error.h"
 
@@ -19,17 +20,12 @@ namespace vantage {
 namespace {
 
 using std::chrono::milliseconds;
+using test::AnyPort;
 using test::BecomesTrue;
 using test::RawBytes;
 using test::RawClient;
 
 constexpr milliseconds kShort(50);  // To see that nothing comes.
-
-TcpHubOptions AnyPort() {
-  TcpHubOptions options;
-  options.port = 0;
-  return options;
-}
 
 RawBytes Numbered(std::uint32_t number, std::size_t size = 4) {
   RawBytes bytes;

@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "any_port.h"
 #include "network_namespace.h"
 #include "vantage/math/error.h"
 
@@ -17,7 +18,7 @@ namespace {
 
 TransportOptions WithMulticast(const MulticastTest& outcome) {
   TransportOptions options;
-  options.hub.port = 0;
+  options.hub = test::AnyPort();
   options.test_multicast = [outcome](Duration) { return outcome; };
   return options;
 }
@@ -66,9 +67,7 @@ TEST_F(ChooseTransportTest, TakesAHubElseAndSaysWhy) {
 }
 
 TEST_F(ChooseTransportTest, JoinsAHubOnlyWhenToldTo) {
-  TcpHubOptions any_port;
-  any_port.port = 0;
-  const TcpHub running(any_port);
+  const TcpHub running(test::AnyPort());
   TransportOptions options = WithMulticast({false, "no route"});
   options.hub.port = running.port();
   options.test_timeout = std::chrono::seconds(30);

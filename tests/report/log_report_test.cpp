@@ -16,6 +16,7 @@
 #include "../../src/report/html_page.h"
 #include "../../src/report/run_events.h"
 #include "../replay/recorded_cell.h"
+#include "contains.h"
 #include "temporary_folder.h"
 #include "vantage/math/error.h"
 
@@ -23,15 +24,12 @@ namespace vantage {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Contains;
 
 std::string ReadFile(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream(path, std::ios::binary).rdbuf();
   return text.str();
-}
-
-bool Contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 Time At(double seconds) {

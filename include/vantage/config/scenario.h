@@ -51,6 +51,9 @@ struct Scenario {
 [[nodiscard]] Scenario ReadScenario(const ConfigText& text, const std::string& name,
                                     SchemaRecorder* recorder = nullptr);
 
+/// The same from the text of a log's SERVO_SETUP; errors name log:NAME as their file.
+[[nodiscard]] Scenario ReadRecordedScenario(const std::string& name, const std::string& text);
+
 /// A scenario's text that can be read anywhere: the robot's description is in it, and paths of URDF files
 /// are absolute (those files, and their meshes, stay where they are).
 ///

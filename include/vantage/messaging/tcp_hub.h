@@ -9,13 +9,17 @@
 
 namespace vantage {
 
+/// Where a hub is when nothing else is said: this machine alone, and LCM's port.
+inline constexpr char kDefaultHubAddress[] = "127.0.0.1";
+inline constexpr std::uint16_t kDefaultHubPort = 7700;
+
 /// Where a hub listens, and what it keeps for slow clients.
 struct TcpHubOptions {
-  std::uint16_t port{7700};  ///< First port tried; 0 lets the system choose.
-  int ports_tried{100};      ///< Ports tried one after another while they are in use.
+  std::uint16_t port{kDefaultHubPort};  ///< First port tried; 0 lets the system choose.
+  int ports_tried{100};                 ///< Ports tried one after another while they are in use.
   /// Address to listen at. The default serves this machine alone; anything else lets every machine
   /// that reaches the port read and write all channels.
-  std::string address{"127.0.0.1"};
+  std::string address{kDefaultHubAddress};
   int max_clients{128};  ///< At the same time; further ones are closed as they connect.
   std::size_t max_message{std::size_t{16} << 20};  ///< Largest message taken [byte].
   /// Bytes that may wait for one client beyond what the system buffers; the oldest messages give way.

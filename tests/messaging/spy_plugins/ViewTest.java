@@ -116,6 +116,15 @@ public final class ViewTest {
     expect(
         count(picture, x - 12, y - 12, x + 12, y + 12, c -> near(c, green)) > 20,
         "features over an image of half their size");
+    // Coordinates that no image has do not change the scale.
+    for (double nonsense : new double[] {1e300, -1e9, Double.POSITIVE_INFINITY, Double.NaN, 16385}) {
+      send(half, "IMAGE_FEATURES", features(nonsense, nonsense, true));
+    }
+    send(half, "IMAGE_FEATURES", features(320, 240, true));
+    picture = paint(half, "nonsense.png");
+    expect(
+        count(picture, x - 12, y - 12, x + 12, y + 12, c -> near(c, green)) > 20,
+        "coordinates that no image has are passed over");
     // Sizes that lie.
     image_t lie = image(10, 10);
     lie.height = 1000000;

@@ -92,7 +92,8 @@ final class CameraImageView extends ViewPlugin.View implements LCMSubscriber {
     features = message;
     for (int i = 0; i < message.num_markers; ++i) {
       ArrayDeque<double[]> path = paths.computeIfAbsent(message.id[i], id -> new ArrayDeque<>());
-      double[] place = message.valid[i] != 0 ? new double[] {message.u[i], message.v[i]} : null;
+      boolean seen = message.valid[i] != 0 && inAnImage(message.u[i]) && inAnImage(message.v[i]);
+      double[] place = seen ? new double[] {message.u[i], message.v[i]} : null;
       path.addLast(place == null ? new double[0] : place);
       if (path.size() > TRAIL) path.removeFirst();
       if (place == null) continue;
@@ -100,6 +101,11 @@ final class CameraImageView extends ViewPlugin.View implements LCMSubscriber {
       // The image may be scaled down by a half or a quarter: features tell.
       while (image != null && (place[0] > featureWidth || place[1] > featureHeight())) featureWidth *= 2;
     }
+  }
+
+  // Also false for NaN.
+  private static boolean inAnImage(double pixel) {
+    return Math.abs(pixel) <= MAX_SIDE;
   }
 
   private double featureHeight() {
