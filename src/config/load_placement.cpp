@@ -117,7 +117,11 @@ PlanLimits LoadLimits(const Section& section, Cell* cell) {
   if (cell->pixels) {
     view.margin = section.Number("margin", {0.0, 10000.0, "px"}, view.margin,
                                  "Distance of markers to the image's border.");
-    cell->lens = BatchLens::FromCamera(cell->view.camera, view.margin);
+    try {
+      cell->lens = BatchLens::FromCamera(cell->view.camera, view.margin);
+    } catch (const ConfigError& error) {
+      section.Fail("margin", error.what());
+    }
   }
   limits.depth.min = section.Number("min_depth", {0.001, kFarthest, "m"}, view.min_depth,
                                     "Least depth of a marker.");

@@ -305,7 +305,7 @@ BatchLens BatchLens::FromCamera(const CameraModel& camera, double margin) {
     lens.y_max = std::min(lens.y_max, ToNormalised(camera, {u, bottom}).y());
   }
   if (!(lens.x_min < lens.x_max) || !(lens.y_min < lens.y_max)) {
-    throw ConfigError("", "view.margin",
+    throw ConfigError("", "batch.margin",
                       "must leave some of the image, is " + std::to_string(margin) + " px");
   }
   return lens;

@@ -63,6 +63,10 @@ TEST(PlacementFile, RefusesWithFileLineAndKey) {
             }).find("test.yaml:2: limits.focus"),
             0u);
   EXPECT_EQ(ConfigErrorOf([&] {
+              Read(start + "limits: {margin: 300}\n");
+            }).find("test.yaml:2: limits.margin"),
+            0u);
+  EXPECT_EQ(ConfigErrorOf([&] {
               Read(start + "objective: {of: both}\n");
             }).find("test.yaml:2: objective.of"),
             0u);

@@ -628,7 +628,8 @@ TEST(BatchFrustum, LensOfACameraIsItsImageLessTheMargin) {
   EXPECT_NEAR(lens.y_min, (20.0 - 250.0) / 600.0, 1e-12);
   EXPECT_NEAR(lens.y_max, (479.0 - 20.0 - 250.0) / 600.0, 1e-12);
   EXPECT_EQ(lens.fx, camera.fx);
-  EXPECT_THROW((void)BatchLens::FromCamera(camera, 300.0), ConfigError);
+  EXPECT_EQ(test::ConfigErrorOf([&] { (void)BatchLens::FromCamera(camera, 300.0); }),
+            "batch.margin: must leave some of the image, is 300.000000 px");
 }
 
 TEST(BatchFrustum, LensWithDistortionStaysInsideTheCurvedBorder) {

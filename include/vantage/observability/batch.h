@@ -106,7 +106,7 @@ struct BatchLens {
   double y_max{1e6};   ///< Lower end, Y/Z at zoom 1 [-].
 
   /// The camera's matrix; the largest upright rectangle of undistorted coordinates inside the image
-  /// less `margin` [px]. Throws ConfigError (key "view.margin") when nothing is left of it.
+  /// less `margin` [px]. Throws ConfigError (key "batch.margin") when nothing is left of it.
   [[nodiscard]] static BatchLens FromCamera(const CameraModel& camera, double margin);
 };
 
