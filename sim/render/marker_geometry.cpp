@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "vantage/features/marker.h"
 #include "vantage/math/segment.h"
 #include "vantage/vision/disc_image.h"
 
@@ -22,7 +23,8 @@ std::optional<MarkerQuad> PlaceMarker(const CameraModel& camera, const Isometry3
                                       const Marker& marker) {
   const Vector3d p_C = X_CF * marker.p;
   const Vector3d normal_C = X_CF.linear() * marker.normal;
-  const std::optional<DiscImage> ring = ProjectDisc(camera, p_C, normal_C, 2.0 * marker.radius);
+  const std::optional<DiscImage> ring =
+      ProjectDisc(camera, p_C, normal_C, kRingRadii * marker.radius);
   if (!ring || ring->cos_incidence <= 1e-3) return std::nullopt;
 
   MarkerQuad quad;

@@ -5,6 +5,7 @@
 #include "vantage/config/loaders.h"
 #include "vantage/config/placement_file.h"
 #include "vantage/config/scenario.h"
+#include "vantage/features/marker.h"
 #include "vantage/math/angles.h"
 #include "vantage/math/error.h"
 #include "vantage/plan/placement_model.h"
@@ -135,8 +136,9 @@ PlanLimits LoadLimits(const Section& section, Cell* cell) {
     limits.focus = DepthLimits{focus(0), focus(1)};
   }
   double ring = 0.0;
-  for (const Marker& marker : cell->view.markers) ring = std::max(ring, 2.0 * marker.radius);
-  for (const PlacedMarker& marker : cell->scene_markers) ring = std::max(ring, 2.0 * marker.radius);
+  for (const Marker& marker : cell->view.markers) ring = std::max(ring, kRingRadii * marker.radius);
+  for (const PlacedMarker& marker : cell->scene_markers)
+    ring = std::max(ring, kRingRadii * marker.radius);
   limits.rim = section.Number(
       "rim", {0.0, 100.0, "m"}, cell->pixels ? ring : 0.0,
       "Radius about each marker that has to be in the image too; default: its ring's, in pixels.");

@@ -67,10 +67,14 @@ void Check(const PlacementProblem& problem) {
   if (!(limits.max_incidence > 0.0)) {
     refuse_value("limits.max_incidence", "> 0 rad", limits.max_incidence);
   }
-  if (!(limits.rim >= 0.0)) refuse_value("limits.rim", ">= 0 m", limits.rim);
-  if (!(limits.clearance >= 0.0)) refuse_value("limits.clearance", ">= 0 m", limits.clearance);
+  const auto length = [&](const char* key, double value) {
+    if (!(value >= 0.0 && std::isfinite(value))) refuse_value(key, ">= 0 m and finite", value);
+  };
+  length("limits.rim", limits.rim);
+  length("limits.clearance", limits.clearance);
   const PoseUncertainty& uncertainty = problem.uncertainty;
-  if (!(uncertainty.position >= 0.0) || !(uncertainty.rotation >= 0.0)) {
+  if (!(uncertainty.position >= 0.0 && std::isfinite(uncertainty.position)) ||
+      !(uncertainty.rotation >= 0.0 && std::isfinite(uncertainty.rotation))) {
     Refuse("robust", "standard deviations must be >= 0, are " +
                          std::to_string(uncertainty.position) + " m and " +
                          std::to_string(uncertainty.rotation) + " rad");
