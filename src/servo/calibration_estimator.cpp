@@ -65,9 +65,9 @@ bool CalibrationEstimator::Update(const CameraModel& camera, const Isometry3d& X
   }
 
   const Vector2d innovation = pixel - ToUndistortedPixel(corrected, point->n);
-  const Row HP = H.lazyProduct(covariance_);
+  const Row H_P = H.lazyProduct(covariance_);
   const Eigen::Matrix2d S =
-      HP.lazyProduct(H.transpose()) + sigma_px * sigma_px * Eigen::Matrix2d::Identity();
+      H_P.lazyProduct(H.transpose()) + sigma_px * sigma_px * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d S_inverse = S.inverse();
   if (!(innovation.dot(S_inverse * innovation) <= gate * gate)) {
     if (++refused_in_a_row_ > kMostRefused) {
@@ -77,8 +77,8 @@ bool CalibrationEstimator::Update(const CameraModel& camera, const Isometry3d& X
     return false;
   }
   refused_in_a_row_ = 0;
-  const State step = HP.transpose().lazyProduct(S_inverse * innovation);
-  covariance_ -= HP.transpose().lazyProduct(S_inverse).lazyProduct(HP);
+  const State step = H_P.transpose().lazyProduct(S_inverse * innovation);
+  covariance_ -= H_P.transpose().lazyProduct(S_inverse).lazyProduct(H_P);
   covariance_ = Covariance(0.5 * (covariance_ + covariance_.transpose()));
   X_CTrue_ = Advance(X_CTrue_, step.head<6>());
   focal_factor_ += step(kFocal);
