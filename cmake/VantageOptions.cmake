@@ -18,7 +18,7 @@ target_compile_options(vantage_warnings INTERFACE
 if(VANTAGE_SANITIZE)
   add_compile_options(-fsanitize=${VANTAGE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${VANTAGE_SANITIZE})
-  # readerwriterqueue fences; it tells ThreadSanitizer itself what they order.
+  # GCC warns of each fence, which its ThreadSanitizer does not know: readerwriterqueue's (tests/apps/tsan_suppressions.txt).
   if(VANTAGE_SANITIZE STREQUAL "thread" AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     add_compile_options(-Wno-tsan)
   endif()

@@ -132,7 +132,7 @@ TEST(ServoThreads, ServoWithAMovingCameraAndEndInOrder) {
   ChildOptions options;
   options.arguments = {VANTAGE_SERVO, kScenario, "--priority", "0"};
   options.environment["LCM_DEFAULT_URL"] = cell.url();
-  options.environment["TSAN_OPTIONS"] = "exitcode=66:halt_on_error=0";
+  options.environment["TSAN_OPTIONS"] = "exitcode=66:suppressions=" VANTAGE_TSAN_SUPPRESSIONS;
   options.output = said;
   ChildProcess servo(options);
   EXPECT_TRUE(test::BecomesTrue([&] { return cell.camera_moves() > 0; })) << "no camera move";
