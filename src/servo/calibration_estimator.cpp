@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "pixel_by_point.h"
 #include "vantage/camera/pinhole.h"
 #include "vantage/math/spatial.h"
 #include "vantage/robot/kinematics.h"
@@ -48,10 +49,7 @@ bool CalibrationEstimator::Update(const CameraModel& camera, const Isometry3d& X
 
   const CameraModel corrected = WithFocalFactor(camera, focal_factor_);
   const Eigen::Matrix2d K = CalibrationJacobian(corrected);
-  Eigen::Matrix<double, 2, 3> n_p;  // ∂n/∂p_CM
-  n_p << 1.0, 0.0, -point->n.x(), 0.0, 1.0, -point->n.y();
-  n_p /= point->depth;
-  const Eigen::Matrix<double, 2, 3> pixel_p = K * n_p;
+  const Eigen::Matrix<double, 2, 3> pixel_p = PixelByPoint(K, *point);
   const Vector3d p_EM_W = kinematics.X_WE.linear() * p_EM;
   using Row = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::ColMajor, 2, kMost>;
   Row H(2, covariance_.rows());

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include "pixel_by_point.h"
 #include "vantage/camera/pinhole.h"
 
 namespace vantage {
@@ -26,10 +27,7 @@ bool GoalPointEstimator::Update(const CameraModel& camera, const Eigen::Isometry
   const auto point = Project(X_WC.inverse() * p_WG_);
   if (!point) return false;
   const Eigen::Matrix2d K = CalibrationJacobian(camera);
-  Eigen::Matrix<double, 2, 3> n_p;  // ∂n/∂p_CG
-  n_p << 1.0, 0.0, -point->n.x(), 0.0, 1.0, -point->n.y();
-  n_p /= point->depth;
-  const Eigen::Matrix<double, 2, 3> H = K * n_p * X_WC.linear().transpose();
+  const Eigen::Matrix<double, 2, 3> H = PixelByPoint(K, *point) * X_WC.linear().transpose();
 
   const Eigen::Vector2d innovation = pixel - ToUndistortedPixel(camera, point->n);
   const Eigen::Matrix2d S =
