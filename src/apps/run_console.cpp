@@ -110,7 +110,7 @@ void RunConsole::End(const RunSummary& summary, const std::string& folder) {
            "; stops: " + DescribeStops(summary.status) + "; " +
            std::to_string(summary.limit_violations) + " limit violations",
        true);
-  if (summary.status.calibration.position > 0.0) {
+  if (!summary.status.calibration.none()) {
     Line("calibration found: " + Describe(summary.status.calibration), true);
   }
   if (!folder.empty()) Line("wrote " + folder, true);

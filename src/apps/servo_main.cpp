@@ -106,7 +106,7 @@ class ServoProgram {
     std::cerr << "vantage-servo: " << report_.cycles << " periods, " << report_.deadline_misses
               << " late, longest " << report_.worst_cycle.count() / 1000 << " us, last state "
               << Name(last_status_.state) << '\n';
-    if (last_status_.calibration.position > 0.0) {
+    if (!last_status_.calibration.none()) {
       std::cerr << "calibration found: " << Describe(last_status_.calibration) << '\n';
     }
     return kExitOk;

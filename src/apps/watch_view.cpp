@@ -259,7 +259,7 @@ class Page {
          {std::to_string(s.dropped_messages), TextStyle::kValue},
          {"  lost on the way here ", TextStyle::kPlain},
          {std::to_string(state_.lost_periods), count(state_.lost_periods)}});
-    if (s.calibration.position > 0.0) {
+    if (!s.calibration.none()) {
       Add({{"calibration found: ", TextStyle::kPlain},
            {Describe(s.calibration), TextStyle::kValue}});
     }

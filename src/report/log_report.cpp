@@ -109,7 +109,7 @@ void AddStops(const RunLog& log, HtmlPage* page) {
     rows.push_back(
         {"messages overwritten by newer ones before use", std::to_string(last.dropped_messages)});
     rows.push_back({"periods that began late", std::to_string(last.deadline_misses)});
-    if (last.calibration.position > 0.0) {
+    if (!last.calibration.none()) {
       rows.push_back({"calibration found", Describe(last.calibration)});
     }
   }

@@ -103,6 +103,11 @@ struct CalibrationFound {
   double rotation{0.0};  ///< The same, as an angle [rad].
   double focal{0.0};     ///< Of the focal length, as a share of it [-].
   double joint{0.0};     ///< Of the encoder's zero that is off most [rad or m].
+
+  /// Nothing was found, or not looked for.
+  [[nodiscard]] bool none() const noexcept {
+    return position == 0.0 && rotation == 0.0 && focal == 0.0 && joint == 0.0;
+  }
 };
 
 /// For people: "camera off by 3.1 mm and 0.42 deg, focal length by +0.50 %, encoders by up to 0.31 deg (or 5.4 mm)".
