@@ -1,22 +1,18 @@
 // vantage-bench as a process.
 
-#include <fstream>
+#include <filesystem>
 #include <iterator>
 
 #include <gtest/gtest.h>
 
 #include "program.h"
+#include "read_file.h"
 #include "temporary_folder.h"
 
 namespace vantage {
 namespace {
 
 const std::string kBench = VANTAGE_BENCH;
-
-std::string Bytes(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 // The same seeds give the same file, bit for bit, however many threads play them; on pixels and projected.
 TEST(Bench, TheSameSeedsGiveTheSameFile) {
@@ -28,9 +24,9 @@ TEST(Bench, TheSameSeedsGiveTheSameFile) {
                            " --json " + (folder.path() / (jobs + ".json")).string());
       ASSERT_EQ(run.exit_code, 0) << run.output;
     }
-    const std::string one = Bytes(folder.path() / "1.json");
+    const std::string one = test::ReadFile(folder.path() / "1.json");
     EXPECT_GT(one.size(), 500U);
-    EXPECT_EQ(one, Bytes(folder.path() / "3.json")) << model;
+    EXPECT_EQ(one, test::ReadFile(folder.path() / "3.json")) << model;
   }
 }
 
@@ -56,7 +52,8 @@ TEST(Bench, ReplaysAGoalThatMovesToTheEnd) {
   ASSERT_EQ(run.exit_code, 0) << run.output;
   ASSERT_EQ(FoldersIn(folder.path()), 1);
   const auto left = std::filesystem::directory_iterator(folder.path())->path();
-  EXPECT_NE(Bytes(left / "summary.json").find("\"control_periods\": 12000"), std::string::npos);
+  EXPECT_NE(test::ReadFile(left / "summary.json").find("\"control_periods\": 12000"),
+            std::string::npos);
 }
 
 }  // namespace

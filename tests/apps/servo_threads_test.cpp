@@ -3,14 +3,14 @@
 
 #include <atomic>
 #include <csignal>
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <thread>
 
 #include <gtest/gtest.h>
 
+#include "any_port.h"
 #include "becomes_true.h"
+#include "read_file.h"
 #include "temporary_folder.h"
 #include "vantage/camera/camera_rig.h"
 #include "vantage/camera/pinhole.h"
@@ -25,18 +25,12 @@ namespace {
 constexpr double kStep = 0.004;  // of the arm and its messages [s]
 constexpr int kStepsBetweenImages = 5;
 
-TcpHubOptions AnyPort() {
-  TcpHubOptions options;
-  options.port = 0;
-  return options;
-}
-
 // The cell of a scenario: obeys joint velocities and camera poses at once, sees every marker.
 class PlayedCell {
  public:
   explicit PlayedCell(const Scenario& scenario)
       : scenario_(scenario),
-        hub_(AnyPort()),
+        hub_(test::AnyPort()),
         link_({hub_.url(), ""}),
         q_(scenario.sim.q_start),
         qdot_(JointVector::Zero(q_.size())),
@@ -141,8 +135,7 @@ TEST(ServoThreads, ServoWithAMovingCameraAndEndInOrder) {
   EXPECT_GT(cell.status().seq, 500);
   servo.Signal(SIGINT);
   const auto end = servo.WaitFor(std::chrono::seconds(20));
-  std::ifstream file(said);
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const std::string text = test::ReadFile(said);
   ASSERT_TRUE(end.has_value()) << text;
   EXPECT_TRUE(end->success()) << end->ToString() << "\n" << text;
   EXPECT_EQ(text.find("ThreadSanitizer"), std::string::npos) << text;
