@@ -14,6 +14,9 @@ function(vantage_add_module name)
   vantage_install_module(${name} DEPENDS ${arg_DEPENDS} ${arg_PRIVATE_DEPENDS})
 endfunction()
 
+# A test's own code is run once: compile it quickly. What it tests is optimised.
+set(VANTAGE_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
+
 # vantage_add_test(<module>/<unit>_test [SERIAL] [DEPENDS <target>...]): one executable and ctest entries per file,
 # labelled with the module; part of target tests_<module>. SERIAL: nothing else runs beside it.
 function(vantage_add_test path)
@@ -29,8 +32,8 @@ function(vantage_add_test path)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support)
   target_compile_definitions(${name} PRIVATE VANTAGE_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
   target_link_libraries(${name} PRIVATE ${arg_DEPENDS} vantage_warnings GTest::gtest_main)
-  # A test's own code is run once: compile it quickly. What it tests is optimised.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_precompile_headers(${name} REUSE_FROM vantage_test_headers)
+  target_compile_options(${name} PRIVATE ${VANTAGE_TEST_OPTIONS})
   gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${module} RUN_SERIAL ${serial})
 endfunction()
 
