@@ -39,6 +39,15 @@ double TriggerValue(TriggerMeasure measure, const Measure& composite) noexcept {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+const std::vector<std::pair<std::string, TriggerMeasure>>& TriggerMeasureKeys() {
+  static const std::vector<std::pair<std::string, TriggerMeasure>> keys{
+      {"geometric_mean", TriggerMeasure::kGeometricMean},
+      {"composite_w", TriggerMeasure::kCompositeW},
+      {"sigma_min", TriggerMeasure::kSigmaMin},
+      {"inverse_condition", TriggerMeasure::kInverseCondition}};
+  return keys;
+}
+
 const char* Name(TriggerMeasure measure) noexcept {
   switch (measure) {
     case TriggerMeasure::kGeometricMean:

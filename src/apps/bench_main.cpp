@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <mutex>
 #include <thread>
 
@@ -18,13 +17,6 @@
 
 namespace vantage {
 namespace {
-
-// By the names that scenarios have for them.
-const std::map<std::string, TriggerMeasure> kMeasures{
-    {"geometric_mean", TriggerMeasure::kGeometricMean},
-    {"composite_w", TriggerMeasure::kCompositeW},
-    {"sigma_min", TriggerMeasure::kSigmaMin},
-    {"inverse_condition", TriggerMeasure::kInverseCondition}};
 
 struct Arguments {
   std::string suite = "bad-starts";
@@ -129,7 +121,9 @@ Settings SettingsOf(const Arguments& arguments) {
   for (const std::string& name : arguments.without) {
     settings.ablations.push_back(&sim::AblationOf(name));
   }
-  if (!arguments.trigger.empty()) settings.measure = kMeasures.at(arguments.trigger);
+  for (const auto& [key, measure] : TriggerMeasureKeys()) {
+    if (key == arguments.trigger) settings.measure = measure;
+  }
   settings.threshold = arguments.threshold;
   return settings;
 }
@@ -272,7 +266,7 @@ int main(int argc, char** argv) {
   app.add_option("--without", arguments.without, "Ingredients switched off (see --list)")
       ->delimiter(',');
   app.add_option("--trigger", arguments.trigger, "Measure that moves the camera")
-      ->check(CLI::IsMember(vantage::kMeasures));
+      ->check(CLI::IsMember(vantage::TriggerMeasureKeys()));
   app.add_option("--threshold", arguments.threshold, "Its threshold, in its unit")
       ->check(CLI::PositiveNumber);
   app.add_option("--json", arguments.json, "Writes all rows to this file");

@@ -137,12 +137,7 @@ ActiveOptions LoadActive(const Section& section) {
                                      "A marker predicted to be lost within this time fires too.");
   const Section trigger = section.OptionalChild("trigger", "When the camera is asked to move.");
   active.trigger.measure = trigger.Choice<TriggerMeasure>(
-      "measure",
-      {{"geometric_mean", TriggerMeasure::kGeometricMean},
-       {"composite_w", TriggerMeasure::kCompositeW},
-       {"sigma_min", TriggerMeasure::kSigmaMin},
-       {"inverse_condition", TriggerMeasure::kInverseCondition}},
-      defaults.trigger.measure,
+      "measure", TriggerMeasureKeys(), defaults.trigger.measure,
       "geometric_mean is w_c^(1/s) in px/rad, composite_w is w_c itself.");
   active.trigger.threshold =
       trigger.Number("threshold", {1e-12, 1e24, ""}, defaults.trigger.threshold,

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "vantage/observability/measures.h"
 
 /// @file
@@ -28,6 +32,9 @@ void Validate(const TriggerOptions& options);
 
 /// The measure a trigger compares, from the composite Jacobian's singular values. 0 without any.
 [[nodiscard]] double TriggerValue(TriggerMeasure measure, const Measure& composite) noexcept;
+
+/// The measures by the names that files and command lines have for them: "geometric_mean", ...
+[[nodiscard]] const std::vector<std::pair<std::string, TriggerMeasure>>& TriggerMeasureKeys();
 
 /// Name as printed: "w_c^(1/s)", "w_c", ...
 [[nodiscard]] const char* Name(TriggerMeasure measure) noexcept;
