@@ -15,7 +15,8 @@ function(vantage_add_module name)
 endfunction()
 
 # A test's own code is run once: compile it quickly. What it tests is optimised.
-set(VANTAGE_TEST_OPTIONS $<$<CONFIG:Release>:-O1>)
+# -pthread, which LCM's headers ask for, has to be the same in all that share a precompiled header.
+set(VANTAGE_TEST_OPTIONS -pthread $<$<CONFIG:Release>:-O1>)
 
 # vantage_add_test(<module>/<unit>_test [SERIAL] [DEPENDS <target>...]): one executable and ctest entries per file,
 # labelled with the module; part of target tests_<module>. SERIAL: nothing else runs beside it.
