@@ -1,16 +1,14 @@
 // vantage-bench: the scenario suite over many seeds, strategies side by side, in simulated time.
 
 #include <atomic>
-#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <mutex>
 #include <thread>
 
-#include <unistd.h>
-
 #include "app.h"
 #include "bench_table.h"
+#include "progress_bar.h"
 #include "run_lockstep.h"
 #include "sim/suite/run_task.h"
 #include "vantage/math/error.h"
@@ -57,38 +55,11 @@ void Apply(const Settings& settings, Scenario* scenario) {
   if (settings.threshold > 0.0) scenario->active.trigger.threshold = settings.threshold;
 }
 
-class ProgressBar {
- public:
-  ProgressBar(std::size_t total, bool shown)
-      : total_(total), shown_(shown), start_(std::chrono::steady_clock::now()) {}
-
-  void Done() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ++done_;
-    const auto now = std::chrono::steady_clock::now();
-    if (!shown_ || (done_ < total_ && now - last_ < std::chrono::milliseconds(200))) return;
-    last_ = now;
-    const double elapsed = ToSeconds(std::chrono::duration_cast<Duration>(now - start_));
-    const double left = elapsed * static_cast<double>(total_ - done_) / static_cast<double>(done_);
-    constexpr int kWidth = 40;
-    const auto full = static_cast<int>(kWidth * done_ / total_);
-    std::fprintf(stderr, "\r\033[K[%s%s] %zu of %zu runs, %.0f s left",
-                 std::string(full, '#').c_str(), std::string(kWidth - full, '.').c_str(), done_,
-                 total_, left);
-    if (done_ == total_) std::fprintf(stderr, "\r\033[K");
-  }
-
- private:
-  std::mutex mutex_;
-  std::size_t total_;
-  bool shown_;
-  std::chrono::steady_clock::time_point start_, last_{};
-  std::size_t done_{0};
-};
-
 // Runs every job; each result depends on its job alone, whatever thread does it.
 void RunJobs(std::vector<Job>* jobs, const Settings& settings, int threads, ProgressBar* progress) {
-  std::atomic<std::size_t> next{0};
+  std::size_t runs = 0;
+  for (const Job& job : *jobs) runs += job.runs.size();
+  std::atomic<std::size_t> next{0}, done{0};
   std::exception_ptr failure;
   std::mutex failure_mutex;
   const auto work = [&] {
@@ -100,7 +71,9 @@ void RunJobs(std::vector<Job>* jobs, const Settings& settings, int threads, Prog
           Scenario scenario = sim::WithStrategy(task.scenario, strategy);
           Apply(settings, &scenario);
           *result = sim::RunTask(scenario, task);
-          progress->Done();
+          const std::size_t now = ++done;
+          progress->Show(static_cast<double>(now) / static_cast<double>(runs),
+                         std::to_string(now) + " of " + std::to_string(runs) + " runs");
         }
       } catch (...) {
         const std::lock_guard<std::mutex> lock(failure_mutex);
@@ -231,9 +204,9 @@ int Bench(const Arguments& arguments) {
   }
   const auto cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = arguments.jobs > 0 ? arguments.jobs : std::max(1, cores);
-  ProgressBar progress(jobs.size() * strategies.size(),
-                       !arguments.quiet && isatty(STDERR_FILENO) != 0);
+  ProgressBar progress(arguments.quiet);
   RunJobs(&jobs, settings, threads, &progress);
+  progress.End();
   std::cout << BenchTable(rows);
   if (!arguments.json.empty()) {
     WriteBenchJson(rows, arguments.suite, arguments.kinematic, arguments.json);

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 
 #include <nlohmann/json.hpp>
 
 #include "sim/suite/quantile.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
@@ -51,11 +51,9 @@ std::pair<double, double> WilsonInterval(std::size_t successes, std::size_t runs
 
 std::string BenchTable(const std::vector<BenchRow>& rows) {
   std::string table;
-  char line[240];
-  std::snprintf(line, sizeof line, "%-17s %-12s %7s %15s %6s %6s %7s %7s %7s %6s %7s %6s %6s %5s\n",
-                "scenario", "strategy", "success", "95 % interval", "t [s]", "95 %", "err[mm]",
-                "95 %", "[deg]", "lost", "way [m]", "moves", "low %", "viol.");
-  table += line;
+  table += Format("%-17s %-12s %7s %15s %6s %6s %7s %7s %7s %6s %7s %6s %6s %5s\n", "scenario",
+                  "strategy", "success", "95 % interval", "t [s]", "95 %", "err[mm]", "95 %",
+                  "[deg]", "lost", "way [m]", "moves", "low %", "viol.");
   std::string last_scenario;
   for (const BenchRow& row : rows) {
     const auto runs = static_cast<double>(row.results.size());
@@ -70,15 +68,13 @@ std::string BenchTable(const std::vector<BenchRow>& rows) {
     const auto low = Values(row, false, [](const auto& r) { return r.low_share; });
     const auto violations = Values(row, false, [](const auto& r) { return r.limit_violations; });
     const double share = 100.0 * static_cast<double>(successes) / std::max(1.0, runs);
-    std::snprintf(line, sizeof line,
-                  "%-17s %-12s %6.1f%% [%5.1f, %5.1f]%% %6.1f %6.1f %7.2f %7.1f %7.2f %6.1f %7.2f "
-                  "%6.1f %6.1f %5.0f\n",
-                  row.scenario == last_scenario ? "" : row.scenario.c_str(), row.strategy.c_str(),
-                  share, 100.0 * interval.first, 100.0 * interval.second, Quantile(time, 0.5),
-                  Quantile(time, 0.95), Quantile(error, 0.5), Quantile(error, 0.95),
-                  Quantile(joints, 0.5), Sum(lost) / runs, Quantile(way, 0.5), Sum(moves) / runs,
-                  100.0 * Sum(low) / runs, Sum(violations));
-    table += line;
+    table += Format(
+        "%-17s %-12s %6.1f%% [%5.1f, %5.1f]%% %6.1f %6.1f %7.2f %7.1f %7.2f %6.1f %7.2f "
+        "%6.1f %6.1f %5.0f\n",
+        row.scenario == last_scenario ? "" : row.scenario.c_str(), row.strategy.c_str(), share,
+        100.0 * interval.first, 100.0 * interval.second, Quantile(time, 0.5), Quantile(time, 0.95),
+        Quantile(error, 0.5), Quantile(error, 0.95), Quantile(joints, 0.5), Sum(lost) / runs,
+        Quantile(way, 0.5), Sum(moves) / runs, 100.0 * Sum(low) / runs, Sum(violations));
     last_scenario = row.scenario;
   }
   return table;

@@ -10,6 +10,7 @@
 #include "image_message.h"
 #include "vantage/config/scenario.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 #include "vantage/math/spatial.h"
 #include "vantage/messaging/lcm_link.h"
 #include "vantage/messaging/transport.h"
@@ -47,9 +48,7 @@ void Say(const std::string& text) {
 }
 
 std::string Rounded(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", value);
-  return text;
+  return Format("%.1f", value);
 }
 
 /// Joints and camera pose over time, as they arrive; what the scenario starts with until then.

@@ -1,18 +1,17 @@
 // vantage-map RECIPE: measures over two swept parameters, as a table and as pictures.
 
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-
-#include <unistd.h>
 
 #include "app.h"
 #include "map_plot.h"
 #include "map_recipe.h"
 #include "map_sweep.h"
+#include "progress_bar.h"
 #include "vantage/config/config_text.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
@@ -33,34 +32,9 @@ int List() {
   return kExitOk;
 }
 
-// Rows done, on stderr: a line that is written over on a terminal, one each few seconds elsewhere.
-class Progress {
- public:
-  void operator()(int done, int rows) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - last_ <
-        (terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(5000))) {
-      return;
-    }
-    last_ = now;
-    std::fprintf(stderr, terminal_ ? "\r%3d %%" : "%3d %%\n", 100 * done / rows);
-    written_ = true;
-  }
-  void End() {
-    if (written_ && terminal_) std::fprintf(stderr, "\r      \r");
-  }
-
- private:
-  bool terminal_ = isatty(STDERR_FILENO) != 0;
-  bool written_ = false;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
 std::string Place(const MapRecipe& recipe, const MapCell& cell) {
-  char text[200];
-  std::snprintf(text, sizeof text, "%s %.6g, %s %.6g", recipe.axes[0].name.c_str(), cell.x,
+  return Format("%s %.6g, %s %.6g", recipe.axes[0].name.c_str(), cell.x,
                 recipe.axes[1].name.c_str(), cell.y);
-  return text;
 }
 
 void PrintExtremes(const MapRecipe& recipe, const MapTable& table) {
@@ -86,10 +60,11 @@ int Run(const Arguments& arguments) {
   }
   MakeOutputFolder("--out", arguments.out);
 
-  Progress progress;
-  const MapTable table = arguments.quiet
-                             ? Sweep(recipe)
-                             : Sweep(recipe, [&](int done, int rows) { progress(done, rows); });
+  ProgressBar progress(arguments.quiet);
+  const MapTable table = Sweep(recipe, [&](int done, int rows) {
+    progress.Show(static_cast<double>(done) / rows,
+                  std::to_string(done) + " of " + std::to_string(rows) + " rows");
+  });
   progress.End();
   const std::string stem = (std::filesystem::path(arguments.out) / recipe.setup.name).string();
   std::vector<std::string> files{stem + ".csv"};

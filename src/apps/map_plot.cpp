@@ -1,7 +1,6 @@
 #include "map_plot.h"
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
@@ -9,15 +8,14 @@
 
 #include "vantage/math/angles.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 #include "vantage/report/gnuplot.h"
 
 namespace vantage {
 namespace {
 
 std::string Short(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
+  return Format("%.4g", value);
 }
 
 std::string Degrees(double radians) {
@@ -141,9 +139,7 @@ std::string Tics(const SweepAxis& axis, char name) {
   }
   std::string tics = std::string("set ") + name + "tics (";
   for (int k = first; k <= last; k += step) {
-    char value[32];
-    std::snprintf(value, sizeof value, "%.17g", k * kPi / 12.0);
-    tics += (k == first ? "\"" : ", \"") + PiText(k) + "\" " + value;
+    tics += (k == first ? "\"" : ", \"") + PiText(k) + "\" " + ExactText(k * kPi / 12.0);
   }
   return tics + ")\n";
 }

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "vantage/math/angles.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
@@ -185,9 +185,7 @@ Json ChoiceJson(const MeasureSetup& setup, const FeatureChoice& choice) {
 // ---- Table ----
 
 std::string Short(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  return Format("%.6g", value);
 }
 
 std::string Triple(const Eigen::Vector3d& v) {

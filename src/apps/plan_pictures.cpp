@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -16,6 +15,7 @@
 #include "sim/render/renderer.h"
 #include "vantage/math/angles.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 #include "vantage/report/gnuplot.h"
 
 namespace vantage {
@@ -197,9 +197,7 @@ std::vector<std::string> DrawViews(const PlacementSetup& setup, const PlacementR
   for (const bool best : {true, false}) {
     const PlacedCamera& view = best ? result.best : result.worst;
     const cv::Mat bgr = RenderPicture(&renderer, view.X_WC, state);
-    char caption[80];
-    std::snprintf(caption, sizeof caption, "%s: %.4g", best ? "best" : "worst of the grid",
-                  view.value);
+    const std::string caption = Format("%s: %.4g", best ? "best" : "worst of the grid", view.value);
     cv::putText(bgr, caption, {14, 30}, cv::FONT_HERSHEY_SIMPLEX, 0.75, {255, 255, 255}, 4,
                 cv::LINE_AA);
     cv::putText(bgr, caption, {14, 30}, cv::FONT_HERSHEY_SIMPLEX, 0.75, {30, 30, 30}, 1,

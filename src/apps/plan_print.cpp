@@ -2,25 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
-
-#include <unistd.h>
 
 #include "vantage/math/angles.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
-
-std::string Format(const char* format, ...) __attribute__((format(printf, 1, 2)));
-std::string Format(const char* format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  char text[512];
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 const char* MeasureName(BatchMeasure measure) {
   switch (measure) {
@@ -63,27 +50,18 @@ std::string CameraLine(const PlacementSetup& setup, const PlacementModel& model,
 
 }  // namespace
 
-PlanProgressBar::PlanProgressBar(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO) != 0) {}
+PlanProgressBar::PlanProgressBar(bool quiet) : bar_(quiet) {}
 
 void PlanProgressBar::operator()(const std::string& stage, double share,
                                  const std::optional<double>& best) {
   if (best && (!best_ || *best > *best_)) best_ = best;
-  if (!shown_) return;
-  const auto now = std::chrono::steady_clock::now();
-  if (written_ && now - last_ < std::chrono::milliseconds(50)) return;
-  last_ = now;
-  constexpr int kWidth = 30;
-  const int filled = static_cast<int>(std::lround(kWidth * std::clamp(share, 0.0, 1.0)));
-  const std::string bar = std::string(filled, '#') + std::string(kWidth - filled, '.');
-  const std::string value = best_ ? Format("best %.6g", *best_) : std::string("no camera yet");
-  std::fprintf(stderr, "\r[%s] %3.0f %%  %-18s %-24s", bar.c_str(), 100.0 * share, stage.c_str(),
-               value.c_str());
-  written_ = true;
+  if (share < share_) bar_.Restart();
+  share_ = share;
+  bar_.Show(share, stage + (best_ ? Format(", best %.6g", *best_) : ", no camera yet"));
 }
 
 void PlanProgressBar::End() {
-  if (written_) std::fprintf(stderr, "\r%86s\r", "");
-  written_ = false;
+  bar_.End();
 }
 
 std::string CoordinatesText(const CameraRig& rig, const RigVector& q_c) {

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <string>
 
+#include "progress_bar.h"
 #include "vantage/config/placement_file.h"
 
 /// @file
@@ -11,7 +11,7 @@
 
 namespace vantage {
 
-/// A bar with the best value so far, on stderr where that is a terminal.
+/// The stage and the best value so far.
 class PlanProgressBar {
  public:
   explicit PlanProgressBar(bool quiet);
@@ -19,10 +19,9 @@ class PlanProgressBar {
   void End();
 
  private:
-  bool shown_;
-  bool written_ = false;
+  ProgressBar bar_;
+  double share_{0.0};
   std::optional<double> best_;
-  std::chrono::steady_clock::time_point last_{};
 };
 
 /// "R 0.95 m, theta 34.12 deg, ...".

@@ -1,21 +1,19 @@
 #include "plan_result.h"
 
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 
 #include "plan_print.h"
 #include "vantage/config/camera_plan_file.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
 
 std::string Exact(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", value);
   if (std::isinf(value)) return value > 0.0 ? ".inf" : "-.inf";
-  return text;
+  return ExactText(value);
 }
 
 std::string List(const Eigen::VectorXd& values) {

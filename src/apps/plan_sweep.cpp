@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -10,18 +9,13 @@
 
 #include "vantage/math/angles.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
 
 // Of a line of the table.
 constexpr std::size_t kCaseField = 1, kBaseField = 2, kFoundField = 6, kValueField = 7;
-
-std::string Exact(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
 
 int MostCoordinates(const PlacementSweep& sweep) {
   int most = 0;
@@ -59,16 +53,16 @@ std::string LineOf(const PlacementSetup& setup, int item, const PlacedCamera& ca
   const BaseShift& base = setup.sweep.BaseOf(item);
   std::string line = std::to_string(item) + "," + setup.sweep.CaseOf(item).name;
   for (const double value : {base.shift.x(), base.shift.y(), base.shift.z()}) {
-    line += "," + Exact(value);
+    line += "," + ExactText(value);
   }
-  line += "," + Exact(base.yaw * kDegreesPerRadian) + (camera.feasible ? ",1" : ",0");
+  line += "," + ExactText(base.yaw * kDegreesPerRadian) + (camera.feasible ? ",1" : ",0");
   const Eigen::Vector3d& p = camera.X_WC.translation();
   const Eigen::Quaterniond q(camera.X_WC.linear());
   for (const double value : {camera.value, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
-    line += "," + (camera.feasible ? Exact(value) : "");
+    line += "," + (camera.feasible ? ExactText(value) : "");
   }
   for (int i = 0; i < MostCoordinates(setup.sweep); ++i) {
-    line += "," + (camera.feasible && i < camera.q_c.size() ? Exact(camera.q_c(i)) : "");
+    line += "," + (camera.feasible && i < camera.q_c.size() ? ExactText(camera.q_c(i)) : "");
   }
   return line + "\n";
 }
@@ -202,11 +196,9 @@ std::string BestOfSweep(const std::string& path, int most) {
       base[i] = std::strtod(fields[kBaseField + i].c_str(), nullptr);
     }
     const double value = std::strtod(fields[kValueField].c_str(), nullptr);
-    char text[240];
-    std::snprintf(text, sizeof text,
-                  "  item %d, %.80s: base moved by (%g, %g, %g) m, %g deg: value %.6g\n", item,
-                  fields[kCaseField].c_str(), base[0], base[1], base[2], base[3], value);
-    found.emplace_back(-value, text);
+    found.emplace_back(
+        -value, Format("  item %d, %.80s: base moved by (%g, %g, %g) m, %g deg: value %.6g\n", item,
+                       fields[kCaseField].c_str(), base[0], base[1], base[2], base[3], value));
   }
   std::stable_sort(found.begin(), found.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });

@@ -1,22 +1,17 @@
 #include "run_console.h"
 
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 
 #include <unistd.h>
+
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
 
 constexpr double kTerminalStep = 0.5;  // [s] between lines that stay
 constexpr double kPlainStep = 1.0;
-
-std::string Format(const char* format, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
 
 // At most six characters for any positive number.
 std::string Short(double value) {
@@ -43,11 +38,9 @@ void RunConsole::Note(const std::string& text) {
 }
 
 void RunConsole::Titles(TriggerMeasure measure) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, "%6s  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", "t [s]",
-                "state", "error px", "w_v", "w_r", "w_c", Name(measure), "thresh", "mm/px",
-                "camera");
-  Line(buffer, true);
+  Line(Format("%6s  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", "t [s]", "state", "error px", "w_v",
+              "w_r", "w_c", Name(measure), "thresh", "mm/px", "camera"),
+       true);
   titled_ = true;
 }
 
@@ -67,13 +60,11 @@ void RunConsole::Show(const RunSample& sample, const ObservabilityReport& observ
     camera += std::string(" (low: ") + Name(observability.cause) + ")";
   }
   if (status.reason != HoldReason::kNone) camera += std::string("; arm: ") + Name(status.reason);
-  char buffer[240];
-  std::snprintf(buffer, sizeof buffer, "%6.2f  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", sample.t,
-                Name(status.state), Short(sample.error_px).c_str(), Short(sample.w_v).c_str(),
-                Short(sample.w_r).c_str(), Short(sample.w_c).c_str(),
-                Short(sample.trigger_value).c_str(), Short(sample.threshold).c_str(),
-                Short(sample.mm_per_px).c_str(), camera.c_str());
-  Line(buffer, keep);
+  Line(Format("%6.2f  %-13s %9s %8s %8s %8s  %9s / %-6s %8s  %s", sample.t, Name(status.state),
+              Short(sample.error_px).c_str(), Short(sample.w_v).c_str(), Short(sample.w_r).c_str(),
+              Short(sample.w_c).c_str(), Short(sample.trigger_value).c_str(),
+              Short(sample.threshold).c_str(), Short(sample.mm_per_px).c_str(), camera.c_str()),
+       keep);
 }
 
 void RunConsole::End(const RunSummary& summary, const std::string& folder) {

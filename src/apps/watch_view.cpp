@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "vantage/math/angles.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
@@ -13,12 +13,6 @@ namespace {
 constexpr Duration kStale = std::chrono::milliseconds(500);
 constexpr int kLabel = 14;
 constexpr int kNumber = 12;
-
-std::string Format(const char* format, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
 
 std::string Number(double value) {
   if (std::isnan(value)) return "-";

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "vantage/math/angles.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
@@ -18,10 +18,8 @@ std::string KeyOf(const CameraRig& rig, int axis) {
 std::string CameraStartText(const CameraRig& rig, const RigVector& q_c) {
   std::string text = "camera_start: {";
   for (int i = 0; i < rig.size(); ++i) {
-    char value[40];
-    std::snprintf(value, sizeof value, "%.17g",
-                  q_c(i) * (AxisTurns(rig, i) ? kDegreesPerRadian : 1.0));
-    text += (i > 0 ? ", " : "") + KeyOf(rig, i) + ": " + value;
+    text += (i > 0 ? ", " : "") + KeyOf(rig, i) + ": " +
+            ExactText(q_c(i) * (AxisTurns(rig, i) ? kDegreesPerRadian : 1.0));
   }
   return text + "}\n";
 }

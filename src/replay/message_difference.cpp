@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <vector>
 
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 #include "vantage/messaging/message_fields.h"
 
 namespace vantage {
@@ -23,9 +23,7 @@ std::string ToText(const MessageField& field) {
     return std::to_string(*integer);
   }
   if (const auto* text = std::get_if<std::string>(&field.value)) return "'" + *text + "'";
-  char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.17g", std::get<double>(field.value));
-  return buffer;
+  return ExactText(std::get<double>(field.value));
 }
 
 // |a - b| / max(1, |a|), infinite when just one of them is no number.

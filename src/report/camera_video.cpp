@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "vantage/math/format.h"
 #include "vantage/messaging/channels.h"
 #include "vantage/messaging/event_log.h"
 
@@ -118,28 +118,23 @@ class Overlay {
   void Strip(Time stamp, cv::Mat* frame) const {
     cv::copyMakeBorder(*frame, *frame, kStrip, 0, 0, 0, cv::BORDER_CONSTANT,
                        cv::Scalar(32, 28, 24));
-    char text[160];
-    std::snprintf(text, sizeof text, "%7.2f s", log_.At(stamp));
-    Write(frame, text, 8, kFirstLine, kText);
+    Write(frame, Format("%7.2f s", log_.At(stamp)), 8, kFirstLine, kText);
     const auto by_stamp = [](const auto& value) { return value.stamp; };
     const int status = LastBefore(log_.statuses, stamp, by_stamp);
     const int report = LastBefore(log_.observability, stamp, by_stamp);
     if (status >= 0) {
       const ServoStatus& s = log_.statuses[static_cast<std::size_t>(status)];
-      std::snprintf(text, sizeof text, "%s%s%s", Name(s.state),
-                    s.reason == HoldReason::kNone ? "" : " ",
-                    s.reason == HoldReason::kNone ? "" : Name(s.reason));
+      std::string state = Name(s.state);
+      if (s.reason != HoldReason::kNone) state += std::string(" ") + Name(s.reason);
       const bool holds = s.state == ServoState::kHolding || s.state == ServoState::kFault;
-      Write(frame, text, 90, kFirstLine, holds ? kLost : kText);
-      std::snprintf(text, sizeof text, "error %.2f px", s.error_px);
-      Write(frame, text, 8, kSecondLine, kDim);
+      Write(frame, state, 90, kFirstLine, holds ? kLost : kText);
+      Write(frame, Format("error %.2f px", s.error_px), 8, kSecondLine, kDim);
     }
     if (report < 0) return;
     const ObservabilityReport& o = log_.observability[static_cast<std::size_t>(report)];
-    std::snprintf(text, sizeof text, "camera %s%s%s", Name(o.active_state),
-                  o.active_state == ActiveState::kMoving ? " " : "",
-                  o.active_state == ActiveState::kMoving ? Name(o.active_reason) : "");
-    Write(frame, text, 150, kSecondLine, kDim);
+    std::string camera = std::string("camera ") + Name(o.active_state);
+    if (o.active_state == ActiveState::kMoving) camera += std::string(" ") + Name(o.active_reason);
+    Write(frame, camera, 150, kSecondLine, kDim);
     Gauge(o, frame);
   }
 
@@ -151,15 +146,15 @@ class Overlay {
     const int filled =
         static_cast<int>(kLength * std::clamp(o.trigger_value / (2.0 * o.threshold), 0.0, 1.0));
     const bool low = o.trigger_value < o.threshold;
-    char text[80];
-    std::snprintf(text, sizeof text, "%.4g / %.4g", o.trigger_value, o.threshold);
-    Write(frame, text, left, kFirstLine, low ? kGoal : kText);
+    Write(frame, Format("%.4g / %.4g", o.trigger_value, o.threshold), left, kFirstLine,
+          low ? kGoal : kText);
     cv::rectangle(*frame, {left, 24, kLength, 8}, cv::Scalar(70, 65, 60), cv::FILLED);
     cv::rectangle(*frame, {left, 24, filled, 8}, low ? kGoal : kSeen, cv::FILLED);
     cv::line(*frame, {left + kLength / 2, 21}, {left + kLength / 2, 35}, kText, 1);
   }
 
-  static void Write(cv::Mat* frame, const char* text, int x, int y, const cv::Scalar& colour) {
+  static void Write(cv::Mat* frame, const std::string& text, int x, int y,
+                    const cv::Scalar& colour) {
     cv::putText(*frame, text, {x, y}, cv::FONT_HERSHEY_SIMPLEX, 0.45, colour, 1, cv::LINE_AA);
   }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 #include "vantage/report/gnuplot.h"
 
 namespace vantage {
@@ -18,12 +18,8 @@ constexpr char kEmptyPlot[] =
 
 // A gnuplot comment line ends nothing; an empty line ends a curve.
 void AppendRow(const FigureRow& row, std::string* out) {
-  char buffer[32];
   if (IsPoint(row)) {
-    for (const double value : row) {
-      std::snprintf(buffer, sizeof buffer, "%.9g ", value);
-      *out += buffer;
-    }
+    for (const double value : row) *out += Format("%.9g ", value);
   }
   *out += '\n';
 }
@@ -52,12 +48,10 @@ Figure& Figure::operator<<(const std::string& command) {
 }
 
 void Figure::Band(double begin, double end, const char* colour) {
-  char buffer[200];
-  std::snprintf(buffer, sizeof buffer,
-                "set object %d rectangle from first %.6g, graph 0 to first %.6g, graph 1 behind "
-                "fillcolor rgb '%s' fillstyle solid 1.0 noborder",
-                ++bands_, begin, end, colour);
-  *this << buffer;
+  *this << Format(
+      "set object %d rectangle from first %.6g, graph 0 to first %.6g, graph 1 behind "
+      "fillcolor rgb '%s' fillstyle solid 1.0 noborder",
+      ++bands_, begin, end, colour);
 }
 
 void Figure::ClearBands() {

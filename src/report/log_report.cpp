@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include "camera_video.h"
@@ -12,6 +11,7 @@
 #include "run_figures.h"
 #include "run_log.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 namespace {
@@ -23,9 +23,7 @@ constexpr std::size_t kMostRows = 200;  // Of a table of events.
 std::string Number(double value, const char* format = "%.4g") {
   if (std::isnan(value)) return "-";
   if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
+  return Format(format, value);
 }
 
 std::string Seconds(double value) {

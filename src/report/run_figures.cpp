@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "figure.h"
 #include "measure_label.h"
 #include "vantage/math/angles.h"
+#include "vantage/math/format.h"
 #include "vantage/report/gnuplot.h"
 #include "vantage/robot/kinematics.h"
 
@@ -17,14 +17,8 @@ namespace {
 
 constexpr int kWidth = 1200;
 
-std::string Text(const char* format, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
-
 std::string Range(double from, double to) {
-  return "[" + Text("%.9g", from) + ":" + Text("%.9g", to) + "]";
+  return "[" + Format("%.9g", from) + ":" + Format("%.9g", to) + "]";
 }
 
 /// (t, value) rows of a list of stamped values.
@@ -89,7 +83,7 @@ DrawnFigure DrawError(const RunLog& log, const std::string& folder) {
             "' title 'true error of the worst marker (simulator)'";
   }
   if (log.scenario) {
-    plot += ", " + Text("%g", log.scenario->servo.convergence.tolerance_px) +
+    plot += ", " + Format("%g", log.scenario->servo.convergence.tolerance_px) +
             " with lines dashtype 2 lc rgb '#6b7280' title 'tolerance of convergence'";
   }
   figure << plot;
@@ -175,7 +169,7 @@ DrawnFigure DrawMeasures(const RunLog& log, const std::string& folder) {
          << "plot " +
                 LogCurve(log, &figure, &ObservabilityReport::mm_per_px, 6, "one pixel may hide") +
                 (log.scenario
-                     ? ", " + Text("%g", log.scenario->servo.convergence.max_mm_per_px) +
+                     ? ", " + Format("%g", log.scenario->servo.convergence.max_mm_per_px) +
                            " with lines dashtype 2 lc rgb '#6b7280' title 'most at convergence'"
                      : "")
          << "unset multiplot";
@@ -288,7 +282,7 @@ void PlotPanel(const JointPanel& panel, const std::string& label, Figure* figure
     const double margin = 0.06 * (panel.upper - panel.lower);
     *figure << "set yrange " + Range(panel.lower - margin, panel.upper + margin);
     for (const double limit : {panel.lower, panel.upper}) {
-      plot += ", " + Text("%.9g", limit) + " with lines dashtype 2 lw 1.3 lc rgb '" +
+      plot += ", " + Format("%.9g", limit) + " with lines dashtype 2 lw 1.3 lc rgb '" +
               Palette::kLimit + "' " + (limit == panel.lower ? "title 'limit'" : "notitle");
     }
   }
@@ -478,9 +472,10 @@ void PlotHistogram(const std::vector<double>& us, const std::string& label, int 
     return sorted[static_cast<std::size_t>(fraction * static_cast<double>(sorted.size() - 1))];
   };
   const std::string data = figure->Data(LogHistogram(us));
-  *figure << "set title \"" + label + ": median " + Text("%.1f", percentile(0.5)) + ", 99 % " +
-                 Text("%.1f", percentile(0.99)) + ", 99.9 % " + Text("%.1f", percentile(0.999)) +
-                 ", longest " + Text("%.1f", sorted.back()) + " µs\""
+  *figure << "set title \"" + label + ": median " + Format("%.1f", percentile(0.5)) + ", 99 % " +
+                 Format("%.1f", percentile(0.99)) + ", 99.9 % " +
+                 Format("%.1f", percentile(0.999)) + ", longest " + Format("%.1f", sorted.back()) +
+                 " µs\""
           << "plot " + data +
                  " using 1:2:3:4:(0.5):2 with boxxyerror fillstyle solid 0.75 lc rgb '" +
                  Palette::Line(colour) + "' notitle";

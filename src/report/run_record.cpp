@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <iomanip>
 
@@ -10,6 +9,7 @@
 
 #include "measure_label.h"
 #include "vantage/math/error.h"
+#include "vantage/math/format.h"
 #include "vantage/report/gnuplot.h"
 
 namespace vantage {
@@ -153,8 +153,7 @@ void PlotRun(const RunSummary& summary, const std::vector<RunSample>& samples,
   if (!Drawable(samples, [](const RunSample& s) { return s.error_px; })) {
     throw Error("nothing was measured that could be drawn");
   }
-  char duration[40];
-  std::snprintf(duration, sizeof duration, "%.1f s", summary.duration);
+  const std::string duration = Format("%.1f s", summary.duration);
   const std::string path = folder + "/run.gp";
   std::ofstream script = Open(path);
   script << "set encoding utf8\n"
