@@ -56,7 +56,9 @@ void AddSummary(const RunLog& log, HtmlPage* page) {
     if (measured != log.statuses.rend()) {
       tiles.push_back({"last image error", Number(measured->error_px, "%.3g") + " px"});
     }
-    tiles.push_back({"stops", std::to_string(last.stops), last.stops > 0});
+    // That the operator ends a run is no fault of it.
+    const auto by_operator = last.stops_by[static_cast<std::size_t>(HoldReason::kOperator)];
+    tiles.push_back({"stops", std::to_string(last.stops), last.stops > by_operator});
     tiles.push_back({"control periods", std::to_string(last.seq)});
     tiles.push_back({"begun late", std::to_string(last.deadline_misses), last.deadline_misses > 0});
     tiles.push_back(

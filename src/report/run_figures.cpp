@@ -170,7 +170,7 @@ DrawnFigure DrawMeasures(const RunLog& log, const std::string& folder) {
                 LogCurve(log, &figure, &ObservabilityReport::mm_per_px, 6, "one pixel may hide") +
                 (log.scenario
                      ? ", " + Format("%g", log.scenario->servo.convergence.max_mm_per_px) +
-                           " with lines dashtype 2 lc rgb '#6b7280' title 'most at convergence'"
+                           " with lines dashtype 2 lc rgb '#6b7280' title 'most at the end'"
                      : "")
          << "unset multiplot";
   figure.Draw(folder);
