@@ -296,10 +296,8 @@ void Servo::PredictState(Time now) noexcept {
 void Servo::UseImage() noexcept {
   const bool standing = qdot_.lpNorm<Eigen::Infinity>() < kStandingSpeed && !camera_moves_;
   const double time = (standing ? kStandingAverage : 1.0) * options_.offset_time;
-  const JointVector q = *joints_.At(features_.exposure, Between);
-  UpdateCalibration(q);
-  const Isometry3d X_CE =
-      X_WC_exposure_.inverse() * EndEffectorPose(task_.view.arm, q - calibration_.joint_bias());
+  const Isometry3d X_WE = UpdateCalibration(*joints_.At(features_.exposure, Between));
+  const Isometry3d X_CE = X_WC_exposure_.inverse() * X_WE;
   markers_lost_ = 0;
   for (std::size_t i = 0; i < task_.view.markers.size(); ++i) {
     const Marker& marker = task_.view.markers[i];
@@ -333,17 +331,19 @@ void Servo::UseImage() noexcept {
 }
 
 // Compares the markers of the arm with where the calibration puts them, where that says something new, and
-// moves the differences that are kept by what the correction explains.
-void Servo::UpdateCalibration(const JointVector& q) noexcept {
+// moves the differences that are kept by what the correction explains. The corrected pose of the end
+// effector at joints that are read as q.
+Isometry3d Servo::UpdateCalibration(const JointVector& q) noexcept {
   const ViewModel& view = task_.view;
   const Isometry3d X_WEBefore = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const Isometry3d X_WCBefore = features_.X_WC * calibration_.X_CTrue();
+  const Isometry3d X_CWBefore = X_WCBefore.inverse();
   const CameraModel before = camera_;
   bool corrected = false;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(view.markers[i].id);
     if (measured == nullptr || !measured->valid) continue;
-    const Vector3d p_CM = X_WCBefore.inverse() * (X_WEBefore * view.markers[i].p);
+    const Vector3d p_CM = X_CWBefore * (X_WEBefore * view.markers[i].p);
     std::optional<CalibrationView>& last = calibrated_at_[i];
     if (last && (p_CM - last->p_CM).norm() < kCalibrationWay &&
         AngleBetween(last->R_WC, X_WCBefore.linear()) < kCalibrationTurn) {
@@ -357,7 +357,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
     }
   }
   X_WC_exposure_ = features_.X_WC * calibration_.X_CTrue();
-  if (!corrected) return;
+  if (!corrected) return X_WEBefore;
   const Isometry3d& X_CTrue = calibration_.X_CTrue();
   output_.status.calibration = {
       X_CTrue.translation().norm(), Eigen::AngleAxisd(X_CTrue.linear()).angle(),
@@ -366,7 +366,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
   const Isometry3d X_WE = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const auto shift = [&](int id, const Vector3d& p_WBefore, const Vector3d& p_W, Vector2d* offset) {
     const MarkerMeasurement* measured = features_.Find(id);
-    const auto at_before = Project(X_WCBefore.inverse() * p_WBefore);
+    const auto at_before = Project(X_CWBefore * p_WBefore);
     const auto at_now = Project(X_WC_exposure_.inverse() * p_W);
     if (measured == nullptr || !measured->valid || !at_before || !at_now) return;
     *offset += FromUndistortedPixel(camera_, measured->pixel) - at_now->n -
@@ -379,6 +379,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     shift(task_.goal.marker_ids[i], p_WMarker_[i], p_WMarker_[i], &goal_offset_[i]);
   }
+  return X_WE;
 }
 
 void Servo::UseGoalImage(std::size_t i, const Vector2d& measured, double time) noexcept {

@@ -106,7 +106,7 @@ class Servo {
   [[nodiscard]] Twist CameraTwist() const noexcept;
   void PredictState(Time now) noexcept;
   void UseImage() noexcept;
-  void UpdateCalibration(const JointVector& q) noexcept;
+  Eigen::Isometry3d UpdateCalibration(const JointVector& q) noexcept;
   [[nodiscard]] bool NewView(std::size_t marker) noexcept;
   void PlaceGoalMarker(std::size_t marker) noexcept;
   void FitGoalLayout() noexcept;
