@@ -192,7 +192,6 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
     limit.upper -= margin;
   }
   p_EM_W_.resize(count);
-  point_jacobians_.resize(count);
   current_.resize(count);
   wanted_soon_.resize(count);
   wanted_.resize(count);
@@ -581,15 +580,15 @@ HoldReason Servo::Control(Time now) noexcept {
   output_.J_r = kinematics_.J_WE_W;
   const TaskJacobian J_c = output_.J_v.lazyProduct(output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
-  const SingularSystem system = DecomposeNear(J_c, directions_);
-  directions_ = system.directions;
+  DecomposeComposite(output_.J_v, output_.J_r, J_c, &composite_);
+  const SingularSystem& system = composite_.system;
   if (system.measure.status != MeasureStatus::kOk || !output_.error.allFinite()) {
     return HoldReason::kNotFinite;
   }
   output_.status.error_px =
       std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
   AverageError();
-  ReportMeasures(system);
+  ReportMeasures();
 
   const FeatureRows& target = PredictPathRows() ? path_rows_ : goal_rows_;
   const double effort = StartEffort(now);
@@ -648,17 +647,17 @@ double Servo::StartEffort(Time now) noexcept {
   return -std::expm1(-(Age(now, *moving_since_) + dt_) / start_time);
 }
 
-void Servo::ReportMeasures(const SingularSystem& system) noexcept {
+void Servo::ReportMeasures() noexcept {
   const ViewModel& view = task_.view;
   const ArmJacobian& J_r = output_.J_r;
-  const Volume manipulability = VolumeOf(J_r);
+  const SingularSystem& system = composite_.system;
   ObservabilityReport& report = output_.observability;
   report.k = static_cast<int>(output_.J_v.rows());
   report.n = static_cast<int>(J_r.cols());
   report.composite = system.measure;
   report.axes = system.axes;
-  report.w_v = ObservabilityOf(output_.J_v, system.measure, manipulability);
-  report.w_r = manipulability.w;
+  report.w_v = ObservabilityOf(output_.J_v, system.measure, composite_.arm);
+  report.w_r = composite_.arm.w;
   report.w_c = system.measure.w;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     p_EM_W_[i] = kinematics_.X_WE.linear() * view.markers[i].p;
@@ -669,11 +668,7 @@ void Servo::ReportMeasures(const SingularSystem& system) noexcept {
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
   const bool low = report.trigger_value < trigger_.threshold;
-  if (low) {
-    for (std::size_t i = 0; i < p_EM_W_.size(); ++i)
-      point_jacobians_[i] = PointJacobianOf(J_r, p_EM_W_[i]);
-  }
-  report.cause = DiagnoseLowMeasure(system, point_jacobians_, RowsNeeded(), low);
+  report.cause = DiagnoseLowMeasure(system, J_r, p_EM_W_, RowsNeeded(), low);
 }
 
 // The error as it is judged: without the noise of single images.
@@ -692,14 +687,15 @@ double Servo::RemainingMillimetres(const SingularSystem& system) const noexcept 
   JointVector dq = JointVector::Zero(q_.size());
   for (int i = 0; i < system.measure.rank; ++i) {
     const double sigma = system.measure.sigma(i);
-    dq += system.directions.col(i) * (system.axes.col(i).dot(mean_error_) / (sigma * sigma));
+    dq += (system.axes.col(i).dot(mean_error_) / (sigma * sigma)) * system.directions.col(i);
   }
-  const Twist V_WE_W = output_.J_r.lazyProduct(dq);
-  double worst = 0.0;
+  Twist V_WE_W = Twist::Zero();
+  for (Eigen::Index i = 0; i < dq.size(); ++i) V_WE_W += dq(i) * output_.J_r.col(i);
+  double worst = 0.0;  // squared
   for (const Vector3d& p_EM_W : p_EM_W_) {
-    worst = std::max(worst, (V_WE_W.head<3>() + V_WE_W.tail<3>().cross(p_EM_W)).norm());
+    worst = std::max(worst, (V_WE_W.head<3>() + V_WE_W.tail<3>().cross(p_EM_W)).squaredNorm());
   }
-  return 1e3 * worst;
+  return 1e3 * std::sqrt(worst);
 }
 
 int Servo::RowsNeeded() const noexcept {

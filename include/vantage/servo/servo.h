@@ -121,7 +121,7 @@ class Servo {
   [[nodiscard]] JointVector SelfMotion() const noexcept;
   [[nodiscard]] double StartEffort(Time now) noexcept;
   [[nodiscard]] HoldReason Control(Time now) noexcept;
-  void ReportMeasures(const SingularSystem& system) noexcept;
+  void ReportMeasures() noexcept;
   void AverageError() noexcept;
   [[nodiscard]] double RemainingMillimetres(const SingularSystem& system) const noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
@@ -187,9 +187,8 @@ class Servo {
   PointViews current_, wanted_;
   PointViews wanted_soon_;  // goals that move, kSoon later
   FeatureRows current_rows_, goal_rows_, soon_rows_;
-  std::vector<Eigen::Vector3d> p_EM_W_;         // from E's origin to each marker, in world axes
-  std::vector<PointJacobian> point_jacobians_;  // of the markers, where the measure is low
-  TaskJacobian directions_{0, 0};               // of J_c one period ago
+  std::vector<Eigen::Vector3d> p_EM_W_;  // from E's origin to each marker, in world axes
+  CompositeSystem composite_;            // of this period, or of the one before
   PathReference reference_;
   Eigen::Isometry3d X_WE_goal_{Eigen::Isometry3d::Identity()};  // at active_.q_goal
   double remaining_mm_{0.0};  // worst marker's distance to its goal point, by the image
