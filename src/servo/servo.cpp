@@ -782,6 +782,21 @@ HoldReason Servo::WhyStanding() const noexcept {
                                                        : HoldReason::kNone;
 }
 
+void Servo::Rehearse(Time now) noexcept {
+  if (joints_.empty() || poses_.empty() || !has_features_) return;
+  // As dear as an image can make it: every marker is seen from elsewhere than last time.
+  calibrated_at_.fill(std::nullopt);
+  goal_seen_from_.fill(std::nullopt);
+  // Just after what is there: the same places in the histories are read.
+  constexpr Duration kAfter = std::chrono::nanoseconds(1);
+  Accept(JointState{joints_.newest_stamp() + kAfter, joints_.newest(), qdot_}, now);
+  Accept(CameraPose{poses_.newest_stamp() + kAfter, poses_.newest()}, now);
+  ImageFeatures image = features_;
+  image.exposure += kAfter;
+  Accept(image, now);
+  (void)Step(now);
+}
+
 const ServoOutput& Servo::Step(Time now) noexcept {
   ServoStatus& status = output_.status;
   const ServoState before = status.state;

@@ -72,6 +72,10 @@ struct ServoSnapshot {
   int goal_count{0};  ///< Entries of both arrays in use: one for each marker of the view.
 };
 
+/// How long before its period a servo is rehearsed: see Servo::Rehearse() and RunPeriodic(). A rehearsal with cold
+/// caches takes less than half of it.
+inline constexpr Duration kRehearsalLead = std::chrono::microseconds(120);
+
 /// The servo. Set-up may throw; Accept() and Step() are real-time safe but for ViSP's interaction
 /// matrices (10 allocations for each point and its goal).
 class Servo {
@@ -91,6 +95,10 @@ class Servo {
 
   /// One control period that ends in a command valid for options.period.
   [[nodiscard]] const ServoOutput& Step(Time now) noexcept;
+
+  /// Of a copy of a servo: the period at `now` as if all its inputs came in again. What it reads and runs is in the
+  /// caches afterwards, for the servo that it is a copy of. Nothing is done before the first complete set of inputs.
+  void Rehearse(Time now) noexcept;
 
   [[nodiscard]] const ServoSnapshot& snapshot() const noexcept { return snapshot_; }
 
