@@ -103,13 +103,6 @@ Twist PixelMoment(const Eigen::Matrix2d& K, int p, int q,
   return sum;
 }
 
-// One row: its value, and its derivative by the chain rule over the points.
-struct Row {
-  double value{0.0};
-  Twist L{Twist::Zero()};       // of all its points
-  Twist L_body{Twist::Zero()};  // of those on the end effector
-};
-
 // The image points of one call: pixels of all, interaction matrices of those that rows need.
 class Points {
  public:
@@ -122,35 +115,39 @@ class Points {
     }
   }
 
-  /// @param gradient  False: row->L and row->L_body are left as they are.
-  RowStatus Evaluate(const Feature& feature, bool gradient, Row* row) {
+  /// Writes row k: the feature's value, and its derivatives by the chain rule over the points.
+  /// @param gradient  False: rows->L and rows->L_body are left as they are.
+  RowStatus Evaluate(const Feature& feature, bool gradient, Eigen::Index k, FeatureRows* rows) {
     for (const int i : feature.points) {
       if (status_[i] != RowStatus::kOk) return status_[i];
     }
     if (feature.kind == FeatureKind::kPointX || feature.kind == FeatureKind::kPointY) {
       const int i = feature.points[0];
       const int axis = feature.kind == FeatureKind::kPointX ? 0 : 1;
-      row->value = pixels_[i](axis) + PrincipalPointShare(feature, camera_);
-      if (gradient) TakeFromOneBody(feature, Interaction(i).row(axis).transpose(), row);
+      rows->s(k) = pixels_[i](axis) + PrincipalPointShare(feature, camera_);
+      if (gradient) TakeFromOneBody(feature, Interaction(i).row(axis), k, rows);
       return RowStatus::kOk;
     }
     PixelRow pixel_row;
     const RowStatus status =
         EvaluatePixels(feature, pixels_, std::min(camera_.fx, camera_.fy), &pixel_row);
     if (status != RowStatus::kOk) return status;
-    row->value = pixel_row.value + PrincipalPointShare(feature, camera_);
+    rows->s(k) = pixel_row.value + PrincipalPointShare(feature, camera_);
     if (!gradient) return RowStatus::kOk;
     const bool as_visp = source_ == InteractionSource::kVisp && OnOneBody(feature);
     if (as_visp && IsSegment(feature.kind)) {
-      TakeFromOneBody(feature, SegmentRow(feature), row);
+      TakeFromOneBody(feature, SegmentRow(feature).transpose(), k, rows);
     } else if (as_visp && IsMoment(feature.kind) && KnowMoments(feature.points)) {
-      TakeFromOneBody(feature, MomentRow(feature), row);
+      TakeFromOneBody(feature, MomentRow(feature).transpose(), k, rows);
     } else {
+      rows->L.row(k).setZero();
+      rows->L_body.row(k).setZero();
       for (std::size_t i = 0; i < feature.points.size(); ++i) {
         const int point = feature.points[i];
-        const Twist share = Interaction(point).transpose() * pixel_row.gradient[i];
-        row->L += share;
-        if (views_[point].on_body) row->L_body += share;
+        const Eigen::Matrix<double, 1, 6> share =
+            pixel_row.gradient[i].transpose() * Interaction(point);
+        rows->L.row(k) += share;
+        if (views_[point].on_body) rows->L_body.row(k) += share;
       }
     }
     return RowStatus::kOk;
@@ -174,9 +171,15 @@ class Points {
                        [&](int i) { return views_[i].on_body == first; });
   }
 
-  void TakeFromOneBody(const Feature& feature, const Twist& L, Row* row) const noexcept {
-    row->L = L;
-    if (views_[feature.points[0]].on_body) row->L_body = L;
+  template <typename Derived>
+  void TakeFromOneBody(const Feature& feature, const Eigen::MatrixBase<Derived>& L, Eigen::Index k,
+                       FeatureRows* rows) const noexcept {
+    rows->L.row(k) = L;
+    if (views_[feature.points[0]].on_body) {
+      rows->L_body.row(k) = L;
+    } else {
+      rows->L_body.row(k).setZero();
+    }
   }
 
   [[nodiscard]] Twist SegmentRow(const Feature& feature) const {
@@ -359,14 +362,8 @@ void FeatureSet::EvaluateRows(const CameraModel& camera, const PointViews& point
   rows->status.fill(RowStatus::kNotSeen);
   Eigen::Index count = 0;
   for (std::size_t i = 0; i < features_.size(); ++i) {
-    Row row;
-    rows->status[i] = image.Evaluate(features_[i], with_gradient, &row);
+    rows->status[i] = image.Evaluate(features_[i], with_gradient, count, rows);
     if (rows->status[i] != RowStatus::kOk) continue;
-    rows->s(count) = row.value;
-    if (with_gradient) {
-      rows->L.row(count) = row.L;
-      rows->L_body.row(count) = row.L_body;
-    }
     rows->feature[count] = static_cast<int>(i);
     ++count;
   }

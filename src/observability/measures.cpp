@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "singular_values.h"
 #include "vantage/math/angles.h"
+#include "vantage/math/spatial.h"
 
 namespace vantage {
 namespace {
@@ -37,42 +39,50 @@ MeasureStatus CheckSize(const JacobianRef& J) noexcept {
   return MeasureStatus::kOk;
 }
 
+// Sum of the squares of all entries: finite and neither very large nor very small where the entries can be
+// worked with as they are.
+double SumOfSquares(const JacobianRef& J) noexcept {
+  double sum = 0.0;
+  for (int j = 0; j < J.cols(); ++j) sum += J.col(j).squaredNorm();
+  return sum;
+}
+
+bool InBounds(double sum_of_squares) noexcept {
+  return sum_of_squares > kSmallest && sum_of_squares < kLargest;
+}
+
+// The power of two that brings J into bounds; 0 where an entry is not finite.
+double FactorIntoBounds(const JacobianRef& J) noexcept {
+  if (InBounds(SumOfSquares(J))) return 1.0;
+  double largest = 0.0;
+  for (int j = 0; j < J.cols(); ++j) {
+    const double* column = J.data() + j * J.outerStride();
+    for (int i = 0; i < J.rows(); ++i) {
+      if (!std::isfinite(column[i])) return 0.0;
+      largest = std::max(largest, std::abs(column[i]));
+    }
+  }
+  if (largest > kLargest || (largest < kSmallest && largest > 0.0)) {
+    return std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1020, 1020));
+  }
+  return 1.0;
+}
+
 // Copies J, or its transpose where J is wide, times a power of two that brings it into bounds. *scale is
 // that factor's inverse.
 MeasureStatus Load(const JacobianRef& J, TallMatrix* A, double* scale) noexcept {
   const MeasureStatus status = CheckSize(J);
   if (status != MeasureStatus::kOk) return status;
+  const double factor = FactorIntoBounds(J);
+  if (factor == 0.0) return MeasureStatus::kNotFinite;
+  *scale = 1.0 / factor;
   const auto rows = static_cast<int>(J.rows());
   const auto columns = static_cast<int>(J.cols());
-  const auto stride = J.outerStride();
   const bool tall = rows >= columns;
   A->rows = tall ? rows : columns;
   A->columns = tall ? columns : rows;
-  // Largest entry of each row of J, and NaN where one is not finite: 0 * inf is.
-  std::array<double, kMaxRows> largest_in{};
-  std::array<double, kMaxRows> zero{};
   for (int j = 0; j < columns; ++j) {
-    const double* column = J.data() + j * stride;
-    for (int i = 0; i < rows; ++i) {
-      const double size = std::abs(column[i]);
-      largest_in[i] = size > largest_in[i] ? size : largest_in[i];
-      zero[i] += 0.0 * column[i];
-    }
-  }
-  double largest = 0.0;
-  double finite = 0.0;
-  for (int i = 0; i < rows; ++i) {
-    largest = std::max(largest, largest_in[i]);
-    finite += zero[i];
-  }
-  if (!(finite == 0.0)) return MeasureStatus::kNotFinite;
-  double factor = 1.0;
-  if (largest > kLargest || (largest < kSmallest && largest > 0.0)) {
-    factor = std::ldexp(1.0, std::clamp(-std::ilogb(largest), -1020, 1020));
-  }
-  *scale = 1.0 / factor;
-  for (int j = 0; j < columns; ++j) {
-    const double* column = J.data() + j * stride;
+    const double* column = J.data() + j * J.outerStride();
     if (tall) {
       for (int i = 0; i < rows; ++i) A->row[i][j] = factor * column[i];
     } else {
@@ -141,6 +151,41 @@ void CompleteBasis(TaskJacobian* V, int i) noexcept {
   V->col(i) = v;
 }
 
+void FillFromDiagonal(const double* diagonal, int s, double scale, Volume* volume) noexcept {
+  volume->w = 1.0;
+  for (int i = 0; i < s; ++i) volume->w *= scale * diagonal[i];
+  volume->log_w = LogOfProduct(volume->w, s, [&](int i) { return scale * diagonal[i]; });
+}
+
+// From numbers whose product is w, as of a decomposition that does not sort out the rank. False where they leave
+// doubt of it: the last singular value is w / |J|^(s-1) or more, so with w > tolerance |J|^s all of them count.
+bool FillFromFactors(const double* factors, int s, double sum_of_squares, double rank_tolerance,
+                     Volume* volume) noexcept {
+  // With factors further apart than this too many digits of the least may be lost.
+  constexpr double kClearFactor = 1e-4;
+  const auto [least, largest] = std::minmax_element(factors, factors + s);
+  if (!(*least > kClearFactor * *largest)) return false;
+  double bound = rank_tolerance * rank_tolerance;  // squared
+  for (int i = 0; i < s; ++i) bound *= sum_of_squares;
+  FillFromDiagonal(factors, s, 1.0, volume);
+  if (!(volume->w * volume->w > bound)) return false;
+  volume->status = MeasureStatus::kOk;
+  volume->rank = s;
+  return true;
+}
+
+// False where the rows depend on each other, or nearly, or their size is out of bounds.
+// @pre J fits into a RowBasis.
+bool BasisOfRows(const JacobianRef& J, RowBasis* basis) noexcept {
+  if (!InBounds(SumOfSquares(J))) return false;
+  basis->rows = static_cast<int>(J.rows());
+  basis->columns = static_cast<int>(J.cols());
+  for (int i = 0; i < basis->rows; ++i) {
+    for (int j = 0; j < kMaxJoints; ++j) basis->vector[i][j] = j < J.cols() ? J(i, j) : 0.0;
+  }
+  return FindRowBasis(basis);
+}
+
 double Square(double x) noexcept {
   return x * x;
 }
@@ -151,20 +196,19 @@ constexpr double kHardlyMoves = 0.02;
 // Singular values squared of points that stand still, relative to the first: a ten millionth of the motion.
 constexpr double kStandsStill = 1e-14;
 
-// Whether the s-th eigenvalue of the symmetric, positive semidefinite G counts. Mostly a Cholesky factor
-// settles it: that of G - c I is there only where all eigenvalues are above c.
-bool MovesInAll(const JointMatrix& G, int s) noexcept {
-  constexpr double kClearly = 100.0;
-  if (s > G.rows()) return false;
-  const double clearly =
-      kClearly * kStandsStill * G.trace();  // the trace is above the first eigenvalue
-  JointMatrix shifted = G;
-  shifted.diagonal().array() -= clearly;
-  if (clearly > 0.0 && Eigen::LLT<Eigen::Ref<JointMatrix>>(shifted).info() == Eigen::Success) {
-    return true;
+// True when all eigenvalues of the symmetric S are above the bound: S - bound I has an L D Lᵀ factor with D > 0.
+bool IsAbove(JointMatrix S, double bound) noexcept {
+  const auto n = static_cast<int>(S.rows());
+  S.diagonal().array() -= bound;
+  for (int k = 0; k < n; ++k) {
+    if (!(S(k, k) > 0.0)) return false;
+    const double inverse = 1.0 / S(k, k);
+    for (int j = k + 1; j < n; ++j) {
+      const double factor = inverse * S(j, k);
+      for (int i = j; i < n; ++i) S(i, j) -= factor * S(i, k);
+    }
   }
-  const Measure reach = MeasureOf(G);
-  return s <= reach.size() && reach.sigma(s - 1) > kStandsStill * reach.sigma(0);
+  return true;
 }
 
 }  // namespace
@@ -240,8 +284,37 @@ Measure MeasureOf(const JacobianRef& J, int task_dimension, double rank_toleranc
   return measure;
 }
 
+namespace {
+
+// Numbers whose product is w, of a square J or a wide one of few rows: pivots, or what the rows add to the span
+// of those before. How many they are; 0 of another matrix.
+int FactorsOf(const JacobianRef& J, double* factors) noexcept {
+  const auto rows = static_cast<int>(J.rows());
+  const auto columns = static_cast<int>(J.cols());
+  if (rows < columns && rows <= RowBasis::kMaxVectors && columns <= kMaxJoints) {
+    RowBasis basis;
+    if (!BasisOfRows(J, &basis)) return 0;
+    for (int i = 0; i < rows; ++i) factors[i] = basis.part[i][i];
+    return rows;
+  }
+  if (rows != columns || rows > TallMatrix::kLanes || !InBounds(SumOfSquares(J))) return 0;
+  TallMatrix A;
+  A.rows = A.columns = rows;
+  for (int j = 0; j < rows; ++j) {  // the transpose, which has the same determinant
+    std::fill_n(A.row[j], TallMatrix::kLanes, 0.0);
+    Eigen::Map<Eigen::VectorXd>(A.row[j], rows) = J.col(j);
+  }
+  Pivots(&A, factors);
+  return rows;
+}
+
+}  // namespace
+
 Volume VolumeOf(const JacobianRef& J, double rank_tolerance) noexcept {
   Volume volume;
+  double factors[TallMatrix::kLanes];
+  const int s = FactorsOf(J, factors);
+  if (s > 0 && FillFromFactors(factors, s, SumOfSquares(J), rank_tolerance, &volume)) return volume;
   TallMatrix A;
   double scale = 1.0;
   volume.status = Load(J, &A, &scale);
@@ -249,42 +322,136 @@ Volume VolumeOf(const JacobianRef& J, double rank_tolerance) noexcept {
   if (volume.status != MeasureStatus::kOk) return volume;
   double diagonal[TallMatrix::kMaxColumns];
   TriangleDiagonal(&A, diagonal);
-  volume.w = 1.0;
-  volume.log_w = 0.0;
-  for (int i = 0; i < A.columns; ++i) {
-    volume.w *= scale * diagonal[i];
-    if (diagonal[i] > rank_tolerance * diagonal[0]) ++volume.rank;
-  }
-  volume.log_w = LogOfProduct(volume.w, A.columns, [&](int i) { return scale * diagonal[i]; });
+  FillFromDiagonal(diagonal, A.columns, scale, &volume);
+  volume.rank = static_cast<int>(std::count_if(diagonal, diagonal + A.columns, [&](double entry) {
+    return entry > rank_tolerance * diagonal[0];
+  }));
   return volume;
 }
 
-SingularSystem DecomposeNear(const JacobianRef& J, const TaskJacobian& directions) noexcept {
-  const auto rows = static_cast<int>(J.rows());
-  const auto columns = static_cast<int>(J.cols());
-  const bool fits = rows >= columns && rows <= ShortMatrix::kMaxRows && columns >= 1 &&
-                    columns <= kTaskDimension && directions.rows() == columns &&
-                    directions.cols() == columns;
-  if (!fits) return Decompose(J);
-  const double size = J.squaredNorm();
-  if (!(size > kSmallest && size < kLargest)) return Decompose(J);
-  ShortMatrix A{};
-  NearSystem near{};
+TaskJacobian VectorsOf(const SingularSystem& system) noexcept {
+  if (system.directions.rows() == system.directions.cols()) return system.directions;
+  return system.axes.array().rowwise() / system.measure.sigma.transpose().array();
+}
+
+namespace {
+
+// DecomposeNear() in place.
+void DecomposeNearInto(const JacobianRef& J, const TaskJacobian& vectors,
+                       SingularSystem* result) noexcept {
+  const bool tall = J.rows() >= J.cols();
+  const auto rows = static_cast<int>(tall ? J.rows() : J.cols());
+  const auto columns = static_cast<int>(tall ? J.cols() : J.rows());
+  const bool fits = columns >= 1 && columns <= ColumnMatrix::kMaxColumns && rows <= kMaxRows &&
+                    vectors.rows() == columns && vectors.cols() == columns;
+  if (!fits || !InBounds(SumOfSquares(J))) {
+    *result = Decompose(J);
+    return;
+  }
+  ColumnMatrix A;
+  A.rows = rows;
   A.columns = columns;
+  NearSystem near;
+  using Vector = Eigen::Map<Eigen::VectorXd>;
   for (int j = 0; j < columns; ++j) {
-    std::copy_n(J.data() + j * J.outerStride(), rows, A.column[j]);
-    std::copy_n(directions.data() + j * directions.outerStride(), columns, near.vector[j]);
+    std::fill_n(near.vector[j], NearSystem::kVectorRows, 0.0);
+    Vector(near.vector[j], columns) = vectors.col(j);
+    Vector column(A.column[j], rows);
+    if (tall) {
+      column = J.col(j);
+    } else {
+      column = J.row(j).transpose();
+    }
+    for (int i = rows; i < PaddedRows(rows); ++i) A.column[j][i] = 0.0;
   }
-  if (!SolveNear(A, &near)) return Decompose(J);
-  SingularSystem result;
-  Fill(near.sigma, 1.0, columns, kRankTolerance, &result.measure);
-  result.axes.resize(rows, columns);
-  result.directions.resize(columns, columns);
+  const bool solved = SolveNear(A, &near);
+  // Of a lost direction a wide matrix has no image to take it from.
+  if (!solved || (!tall && !(near.sigma[columns - 1] > kRankTolerance * near.sigma[0]))) {
+    *result = Decompose(J);
+    return;
+  }
+  Fill(near.sigma, 1.0, columns, kRankTolerance, &result->measure);
+  result->axes.resize(J.rows(), columns);
+  result->directions.resize(J.cols(), columns);
+  TaskJacobian& images = tall ? result->axes : result->directions;
+  TaskJacobian& found = tall ? result->directions : result->axes;
   for (int i = 0; i < columns; ++i) {
-    std::copy_n(near.image[i], rows, result.axes.col(i).data());
-    std::copy_n(near.vector[i], columns, result.directions.col(i).data());
+    images.col(i) = Vector(near.image[i], rows);
+    found.col(i) = Vector(near.vector[i], columns);
+    if (tall) continue;
+    images.col(i) /= near.sigma[i];
+    found.col(i) *= near.sigma[i];
   }
+}
+
+}  // namespace
+
+SingularSystem DecomposeNear(const JacobianRef& J, const TaskJacobian& vectors) noexcept {
+  SingularSystem result;
+  DecomposeNearInto(J, vectors, &result);
   return result;
+}
+
+namespace {
+
+// Vectors that go on as they went last time.
+TaskJacobian GoneOn(const TaskJacobian& last, const TaskJacobian& earlier) noexcept {
+  // Vectors that have changed places went nowhere.
+  constexpr double kLongStep = 0.01;  // squared
+  const bool known = last.rows() == earlier.rows() && last.cols() == earlier.cols();
+  const bool near = known && (last - earlier).squaredNorm() < kLongStep;
+  TaskJacobian vectors = last;
+  if (near) vectors += last - earlier;
+  return vectors;
+}
+
+// B = J L, where L is the lower triangle of `basis`.
+TaskJacobian TimesTriangle(const FeatureJacobian& J, const RowBasis& basis) noexcept {
+  TaskJacobian B(J.rows(), kTaskDimension);
+  for (int j = 0; j < kTaskDimension; ++j) {
+    B.col(j) = basis.part[j][j] * J.col(j);
+    for (int i = j + 1; i < kTaskDimension; ++i) B.col(j) += basis.part[i][j] * J.col(i);
+  }
+  return B;
+}
+
+using BasisVectors = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, kTaskDimension>,
+                                Eigen::Aligned64, Eigen::OuterStride<kMaxJoints>>;
+
+}  // namespace
+
+void DecomposeComposite(const FeatureJacobian& J_v, const ArmJacobian& J_r, const TaskJacobian& J_c,
+                        CompositeSystem* composite) noexcept {
+  const auto n = static_cast<int>(J_r.cols());
+  SingularSystem& system = composite->system;
+  RowBasis basis;
+  const bool redundant = n > kTaskDimension && J_v.rows() >= kTaskDimension;
+  if (!redundant || !BasisOfRows(J_r, &basis)) {
+    const TaskJacobian last = VectorsOf(system);
+    const TaskJacobian near = GoneOn(last, composite->earlier);
+    composite->earlier = last;
+    DecomposeNearInto(J_c, near, &system);
+    composite->arm = VolumeOf(J_r);
+    return;
+  }
+  // J_r = L Qᵀ, so J_c = B Qᵀ with B = J_v L.
+  const BasisVectors Q(basis.vector[0], n, kTaskDimension);
+  TaskJacobian near(0, 0);
+  if (system.directions.rows() == n) {
+    near = Q.transpose().lazyProduct(GoneOn(system.directions, composite->earlier));
+  }
+  composite->earlier = system.directions;
+  DecomposeNearInto(TimesTriangle(J_v, basis), near, &system);
+  if (system.measure.status == MeasureStatus::kOk) {
+    const TaskJacobian W = system.directions;
+    system.directions = Q.lazyProduct(W);
+  }
+  double factors[kTaskDimension];
+  for (int i = 0; i < kTaskDimension; ++i) factors[i] = basis.part[i][i];
+  if (!FillFromFactors(factors, kTaskDimension, SumOfSquares(J_r), kRankTolerance,
+                       &composite->arm)) {
+    composite->arm = VolumeOf(J_r);
+  }
 }
 
 SingularSystem Decompose(const JacobianRef& J, int task_dimension, double rank_tolerance) noexcept {
@@ -445,27 +612,111 @@ PointJacobian PointJacobianOf(const ArmJacobian& J_r, const Eigen::Vector3d& p_E
   return A;
 }
 
+namespace {
+
+bool TooFewSeen(const SingularSystem& composite, int rows_needed) noexcept {
+  return composite.measure.size() == 0 || composite.axes.rows() < rows_needed;
+}
+
+// The rules of DiagnoseLowMeasure() where some view may be to blame. With A of all points stacked:
+//
+// @param seen   (A V)ᵀ A V, V the directions of J_c.
+// @param gram   AᵀA as a function: mostly it is not needed. Its eigenvalues are A's singular values squared.
+// @param trace  Of AᵀA.
+template <typename Gram>
+LowCause CauseByMotion(const JointMatrix& seen, double trace, int joints, Gram&& gram) noexcept {
+  const auto s = static_cast<int>(seen.rows());
+  // The s-th eigenvalue of AᵀA is no less than the last one of `seen` (Cauchy), and its trace no less than its
+  // first one.
+  constexpr double kClearly = 100.0;
+  if (!IsAbove(seen, kClearly * kStandsStill * trace)) {
+    const Measure reach = MeasureOf(gram());
+    const bool moves_in_all =
+        s <= reach.size() && reach.sigma(s - 1) > kStandsStill * reach.sigma(0);
+    if (!moves_in_all) return LowCause::kArm;
+  }
+  const double usual = trace / static_cast<double>(std::min(joints, kTaskDimension));
+  return seen(s - 1, s - 1) < Square(kHardlyMoves) * usual ? LowCause::kArm : LowCause::kView;
+}
+
+// Σ PᵀP, P = [I, -[p]×] over points p of a body: of two twists, the sum of the products of all points' velocities.
+class BodyMetric {
+ public:
+  explicit BodyMetric(const std::vector<Eigen::Vector3d>& points) noexcept
+      : count_(static_cast<double>(points.size())) {
+    for (const Eigen::Vector3d& p : points) {
+      sum_ += p;
+      inertia_.noalias() -= p * p.transpose();
+      inertia_.diagonal().array() += p.squaredNorm();
+    }
+  }
+  [[nodiscard]] Twist operator*(const Twist& twist) const noexcept {
+    const Eigen::Vector3d v = twist.head<3>();
+    const Eigen::Vector3d w = twist.tail<3>();
+    Twist product;
+    product << count_ * v + w.cross(sum_), sum_.cross(v) + inertia_ * w;
+    return product;
+  }
+  // Jᵀ M J.
+  [[nodiscard]] JointMatrix Gram(const ArmJacobian& J) const noexcept {
+    const auto n = static_cast<int>(J.cols());
+    JointMatrix gram(n, n);
+    for (int j = 0; j < n; ++j) {
+      const Twist product = *this * J.col(j);
+      for (int i = 0; i <= j; ++i) gram(i, j) = gram(j, i) = J.col(i).dot(product);
+    }
+    return gram;
+  }
+
+ private:
+  double count_;
+  Eigen::Vector3d sum_{Eigen::Vector3d::Zero()};
+  Eigen::Matrix3d inertia_{Eigen::Matrix3d::Zero()};
+};
+
+// J_r v_i for the first `count` directions v_i: the twists of E that they stand for.
+ArmJacobian TwistsAlong(const ArmJacobian& J_r, const TaskJacobian& directions,
+                        int count) noexcept {
+  ArmJacobian twists(6, count);
+  for (int i = 0; i < count; ++i) {
+    Twist twist = J_r.col(0) * directions(0, i);
+    for (int j = 1; j < J_r.cols(); ++j) twist += J_r.col(j) * directions(j, i);
+    twists.col(i) = twist;
+  }
+  return twists;
+}
+
+}  // namespace
+
 LowCause DiagnoseLowMeasure(const SingularSystem& composite,
                             const std::vector<PointJacobian>& points, int rows_needed,
                             bool low) noexcept {
-  const Measure& seen = composite.measure;
-  const int s = seen.size();
-  if (s == 0 || composite.axes.rows() < rows_needed || points.empty()) return LowCause::kFeatures;
+  if (TooFewSeen(composite, rows_needed) || points.empty()) return LowCause::kFeatures;
   if (!low) return LowCause::kNone;
-
-  // Its eigenvalues are the squared singular values of the points' stacked Jacobians.
-  const Eigen::Index n = composite.directions.rows();
-  const auto worst_seen = composite.directions.col(s - 1);
+  const auto n = static_cast<int>(composite.directions.rows());
   JointMatrix gram = JointMatrix::Zero(n, n);
-  double moved = 0.0;
-  for (const PointJacobian& A : points) {
-    gram.noalias() += A.transpose().lazyProduct(A);
-    moved += A.lazyProduct(worst_seen).squaredNorm();
+  for (const PointJacobian& A : points) gram.noalias() += A.transpose().lazyProduct(A);
+  const auto& V = composite.directions;
+  const TaskJacobian moved = gram.lazyProduct(V);
+  return CauseByMotion(V.transpose().lazyProduct(moved), gram.trace(), n, [&] { return gram; });
+}
+
+LowCause DiagnoseLowMeasure(const SingularSystem& composite, const ArmJacobian& J_r,
+                            const std::vector<Eigen::Vector3d>& p_EP_W, int rows_needed,
+                            bool low) noexcept {
+  if (TooFewSeen(composite, rows_needed) || p_EP_W.empty()) return LowCause::kFeatures;
+  if (!low) return LowCause::kNone;
+  const BodyMetric metric(p_EP_W);
+  const auto n = static_cast<int>(J_r.cols());
+  const int s = composite.measure.size();
+  const JointMatrix seen = metric.Gram(TwistsAlong(J_r, composite.directions, s));
+  double trace = 0.0;
+  if (composite.measure.rank == std::min(n, kTaskDimension)) {
+    trace = seen.trace();  // the directions are all that joints can do to E
+  } else {
+    for (int j = 0; j < n; ++j) trace += J_r.col(j).dot(metric * J_r.col(j));
   }
-  if (!MovesInAll(gram, s)) return LowCause::kArm;
-  const double usual =
-      gram.trace() / static_cast<double>(std::min<Eigen::Index>(n, kTaskDimension));
-  return moved < Square(kHardlyMoves) * usual ? LowCause::kArm : LowCause::kView;
+  return CauseByMotion(seen, trace, n, [&] { return metric.Gram(J_r); });
 }
 
 namespace {
@@ -484,28 +735,41 @@ double LargestEigenvalue(const Eigen::Matrix3d& S) noexcept {
 // What is left of a column after its share in the seen motions, to rounding (squared, relative).
 constexpr double kUnseen = 1e-14;
 
-// Velocities of the points of a body by up to C twists (v, ω) of it: v + ω × p.
-template <int C>
+// Velocities of the points of a body by twists (v, ω) of it: v + ω × p.
 class RigidMotions {
  public:
-  template <typename Derived>
-  void Set(int i, const Eigen::MatrixBase<Derived>& twist) noexcept {
-    rows_.col(i) = twist;
-  }
-  // 3×C, row by row: twists of one component in lanes.
-  using Velocities = Eigen::Matrix<double, 3, C, Eigen::RowMajor>;
-  [[nodiscard]] Velocities At(const Eigen::Vector3d& p) const noexcept {
-    Velocities moved = rows_.template topRows<3>();
-    moved.row(0) += p.z() * rows_.row(4) - p.y() * rows_.row(5);
-    moved.row(1) += p.x() * rows_.row(5) - p.z() * rows_.row(3);
-    moved.row(2) += p.y() * rows_.row(3) - p.x() * rows_.row(4);
-    return moved;
+  void Set(int i, const Twist& twist) noexcept { rows_.col(i) = twist; }
+  // B Bᵀ of the velocities B of a point, a column for each twist.
+  [[nodiscard]] Eigen::Matrix3d SquaredAt(const Eigen::Vector3d& p) const noexcept {
+    // Row by row: twists of one component in lanes.
+    using Row = Eigen::Matrix<double, 1, kTaskDimension>;
+    const Row x = rows_.row(0) + p.z() * rows_.row(4) - p.y() * rows_.row(5);
+    const Row y = rows_.row(1) + p.x() * rows_.row(5) - p.z() * rows_.row(3);
+    const Row z = rows_.row(2) + p.y() * rows_.row(3) - p.x() * rows_.row(4);
+    Eigen::Matrix3d S;
+    S(0, 0) = x.squaredNorm();
+    S(1, 1) = y.squaredNorm();
+    S(2, 2) = z.squaredNorm();
+    S(0, 1) = S(1, 0) = x.dot(y);
+    S(0, 2) = S(2, 0) = x.dot(z);
+    S(1, 2) = S(2, 1) = y.dot(z);
+    return S;
   }
 
  private:
-  Eigen::Matrix<double, 6, C, Eigen::RowMajor> rows_ =
-      Eigen::Matrix<double, 6, C, Eigen::RowMajor>::Zero();
+  Eigen::Matrix<double, 6, kTaskDimension, Eigen::RowMajor> rows_ =
+      Eigen::Matrix<double, 6, kTaskDimension, Eigen::RowMajor>::Zero();
 };
+
+// Sum over all joints of the squared velocity of a point p of the body by each joint's twist.
+double SquaredMotion(const ArmJacobian& twists, const Eigen::Vector3d& p) noexcept {
+  double sum = 0.0;
+  for (int j = 0; j < twists.cols(); ++j) {
+    const auto twist = twists.col(j);
+    sum += (twist.head<3>() + twist.tail<3>().cross(p)).squaredNorm();
+  }
+  return sum;
+}
 
 // True when no eigenvalue of the symmetric S is `bound` or above: bound I - S is positive definite.
 bool IsBelow(const Eigen::Matrix3d& S, double bound) noexcept {
@@ -547,32 +811,29 @@ double WorstMillimetresPerPixel(const SingularSystem& composite, const ArmJacobi
                                 const std::vector<Eigen::Vector3d>& p_EP_W) noexcept {
   const Measure& seen = composite.measure;
   if (seen.size() == 0) return p_EP_W.empty() ? 0.0 : kInfinity;
-  const int rank = seen.rank;
   // Twists of E by one pixel along each axis. Its six dimensions bound what J_c can see.
-  RigidMotions<kTaskDimension> by_pixel;
-  ArmJacobian unseen = J_r;
-  for (int i = 0; i < std::min(rank, kTaskDimension); ++i) {
-    Eigen::Matrix<double, 6, 1> twist;
-    MultiplyInto(J_r, composite.directions.col(i).data(), twist.data());
-    by_pixel.Set(i, twist / seen.sigma(i));
-    if (rank < J_r.cols()) {
-      unseen.noalias() -= twist.lazyProduct(composite.directions.col(i).transpose());
+  const int rank = std::min(seen.rank, kTaskDimension);
+  const auto n = static_cast<int>(J_r.cols());
+  RigidMotions by_pixel;
+  // Directions that fill all that joints can do to E leave nothing unseen.
+  const bool leaves = rank < std::min(n, kTaskDimension);
+  ArmJacobian unseen(6, 0);
+  if (leaves) unseen = J_r;
+  const ArmJacobian twists = TwistsAlong(J_r, composite.directions, rank);
+  for (int i = 0; i < rank; ++i) {
+    by_pixel.Set(i, twists.col(i) / seen.sigma(i));
+    for (int j = 0; j < unseen.cols(); ++j) {
+      unseen.col(j) -= composite.directions(j, i) * twists.col(i);
     }
   }
-  if (rank < J_r.cols()) {
-    RigidMotions<kMaxJoints> lost, all;
-    for (int j = 0; j < J_r.cols(); ++j) {
-      lost.Set(j, unseen.col(j));
-      all.Set(j, J_r.col(j));
-    }
+  if (leaves) {
     for (const Eigen::Vector3d& p : p_EP_W) {
-      if (lost.At(p).squaredNorm() > kUnseen * all.At(p).squaredNorm()) return kInfinity;
+      if (SquaredMotion(unseen, p) > kUnseen * SquaredMotion(J_r, p)) return kInfinity;
     }
   }
   double worst = 0.0;
   for (const Eigen::Vector3d& p : p_EP_W) {
-    const auto moved = by_pixel.At(p);
-    const Eigen::Matrix3d BBt = moved.lazyProduct(moved.transpose());
+    const Eigen::Matrix3d BBt = by_pixel.SquaredAt(p);
     if (!IsBelow(BBt, worst)) worst = std::max(worst, LargestEigenvalue(BBt));
   }
   return 1e3 * std::sqrt(worst);

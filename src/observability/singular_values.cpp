@@ -23,12 +23,20 @@ void SolveRightSystem(TallMatrix* A, RightSystem* system) noexcept {
   kernels.solve(A, system);
 }
 
-bool SolveNear(const ShortMatrix& A, NearSystem* system) noexcept {
+bool SolveNear(const ColumnMatrix& A, NearSystem* system) noexcept {
   return kernels.near(A, system);
 }
 
 void TriangleDiagonal(TallMatrix* A, double diagonal[TallMatrix::kMaxColumns]) noexcept {
   kernels.diagonal(A, diagonal);
+}
+
+void Pivots(TallMatrix* A, double pivots[TallMatrix::kLanes]) noexcept {
+  kernels.pivots(A, pivots);
+}
+
+bool FindRowBasis(RowBasis* basis) noexcept {
+  return kernels.row_basis(basis);
 }
 
 }  // namespace vantage

@@ -26,22 +26,29 @@ struct RightSystem {
   alignas(64) double vector[TallMatrix::kMaxColumns][TallMatrix::kMaxColumns];
 };
 
-/// A matrix of few rows, column by column, each in the lanes of few registers.
-struct ShortMatrix {
-  static constexpr int kMaxRows = 8;
-  static constexpr int kMaxColumns = 8;
-  int columns{0};
-  /// column[j][i]; rows from the matrix' own to kMaxRows are 0.
+/// A tall matrix of few columns, column by column, each in the lanes of few registers.
+struct ColumnMatrix {
+  static constexpr int kMaxColumns = 6;
+  int rows{0};     ///< At most kMaxRows.
+  int columns{0};  ///< At most kMaxColumns and rows.
+  /// column[j][i]; from `rows` to the next of 8, 16 and kMaxRows the entries are 0.
   alignas(64) double column[kMaxColumns][kMaxRows];
 };
 
+/// Number of rows in use of a ColumnMatrix and of the images of its NearSystem, zeros included.
+[[nodiscard]] constexpr int PaddedRows(int rows) noexcept {
+  return rows <= 8 ? 8 : (rows <= 16 ? 16 : kMaxRows);
+}
+
 /// What is near the singular system that is looked for, and what was found.
 struct NearSystem {
+  static constexpr int kMaxColumns = ColumnMatrix::kMaxColumns;
+  static constexpr int kVectorRows = 8;  ///< Columns and zeros.
   /// In: near v_i, nearly orthonormal. Out: v_i. vector[i][j] is entry j; from `columns` on 0.
-  alignas(64) double vector[ShortMatrix::kMaxColumns][ShortMatrix::kMaxRows];
+  alignas(64) double vector[kMaxColumns][kVectorRows];
   /// Out: σ_i u_i.
-  alignas(64) double image[ShortMatrix::kMaxColumns][ShortMatrix::kMaxRows];
-  double sigma[ShortMatrix::kMaxColumns];  ///< Out, descending.
+  alignas(64) double image[kMaxColumns][kMaxRows];
+  double sigma[kMaxColumns];  ///< Out, descending.
 };
 
 /// One-sided Jacobi rotations on A times the given vectors: from those of a similar matrix two or three sweeps
@@ -50,9 +57,26 @@ struct NearSystem {
 ///
 /// @return false when the vectors are not nearly orthonormal or too many sweeps are needed: *system is then
 ///   of no use.
-/// @pre as SolveRightSystem(); columns are at most the rows of A.
+/// @pre as SolveRightSystem().
 /// Real-time safe.
-[[nodiscard]] bool SolveNear(const ShortMatrix& A, NearSystem* system) noexcept;
+[[nodiscard]] bool SolveNear(const ColumnMatrix& A, NearSystem* system) noexcept;
+
+/// The rows of a wide matrix in an orthonormal basis of their span.
+struct RowBasis {
+  static constexpr int kMaxVectors = 6;
+  int rows{0};     ///< At most kMaxVectors and columns.
+  int columns{0};  ///< At most kMaxJoints.
+  /// In: the matrix, row by row, zeros from `columns` on. Out: q_i.
+  alignas(64) double vector[kMaxVectors][kMaxJoints];
+  double part[kMaxVectors][kMaxVectors];  ///< Out: row i is the sum over j <= i of part[i][j] q_j.
+};
+
+/// Gram-Schmidt orthogonalisation, each row twice: orthonormal to rounding.
+///
+/// @return false where a row is hardly more than a sum of those before it: *basis is then of no use.
+/// @pre every entry is finite and at most 1e150 in size.
+/// Real-time safe.
+[[nodiscard]] bool FindRowBasis(RowBasis* basis) noexcept;
 
 /// One-sided Jacobi rotations on the transposed triangle of a QR decomposition with column pivoting: the
 /// triangle's rows are nearly orthogonal and sorted, so that three or four sweeps do.
@@ -71,11 +95,21 @@ void SolveRightSystem(TallMatrix* A, RightSystem* system) noexcept;
 /// Real-time safe.
 void TriangleDiagonal(TallMatrix* A, double diagonal[TallMatrix::kMaxColumns]) noexcept;
 
+/// Moduli of the pivots of Gaussian elimination with pivoting by rows of a square matrix, `columns` of them: the
+/// product is that of the singular values. A third of TriangleDiagonal()'s time, but the pivots do not tell the
+/// rank.
+///
+/// @param A  Overwritten. @pre rows == columns <= TallMatrix::kLanes; entries as above.
+/// Real-time safe.
+void Pivots(TallMatrix* A, double pivots[TallMatrix::kLanes]) noexcept;
+
 /// What one instruction set offers.
 struct SingularKernels {
   void (*solve)(TallMatrix* A, RightSystem* system) noexcept;
   void (*diagonal)(TallMatrix* A, double* diagonal) noexcept;
-  bool (*near)(const ShortMatrix& A, NearSystem* system) noexcept;
+  bool (*near)(const ColumnMatrix& A, NearSystem* system) noexcept;
+  void (*pivots)(TallMatrix* A, double* pivots) noexcept;
+  bool (*row_basis)(RowBasis* basis) noexcept;
 };
 [[nodiscard]] const SingularKernels& BaselineSingularKernels() noexcept;
 #ifdef VANTAGE_BATCH_X86

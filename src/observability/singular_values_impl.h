@@ -183,9 +183,9 @@ void PivotedQr(TallMatrix* A, double* diagonal) noexcept {
 }
 
 // Rotates columns p and q until orthogonal; their squared norms follow. True when they were before, as
-// far as kOrthogonal says.
+// far as `orthogonal` says: their squared cosine.
 template <typename Column>
-bool Rotate(Column* p, Column* q, double* pp, double* qq) noexcept {
+bool Rotate(double orthogonal, Column* p, Column* q, double* pp, double* qq) noexcept {
   const double pq = p->Dot(*q);
   const double squared = pq * pq;
   const double product = *pp * *qq;
@@ -209,7 +209,7 @@ bool Rotate(Column* p, Column* q, double* pp, double* qq) noexcept {
       const double moved = pq * y * (1.0 - y2 * (1.0 - 2.0 * y2));  // tan θ times p·q
       *pp -= moved;
       *qq += moved;
-      return squared <= kOrthogonal * product;
+      return squared <= orthogonal * product;
     }
   } else {
     const double hypotenuse = __builtin_sqrt(difference * difference + 4.0 * squared);
@@ -248,21 +248,21 @@ struct RoundRobin {
   }
 };
 
-// One sweep over all pairs of the n columns. True when all were orthogonal before.
+// One sweep over all pairs of the n columns. True when all were as orthogonal before.
 template <int kColumns, typename Column>
-bool Sweep(int n, Column* x) noexcept {
+bool Sweep(double orthogonal, int n, Column* x) noexcept {
   static constexpr RoundRobin<kColumns> kPairs;
   double norm2[kMax];
   for (int j = 0; j < n; ++j) norm2[j] = x[j].Dot(x[j]);
-  bool orthogonal = true;
+  bool all = true;
 #pragma GCC unroll 32
   for (int i = 0; i < RoundRobin<kColumns>::kCount; ++i) {
     const int p = kPairs.p[i];
     const int q = kPairs.q[i];
     if (kColumns == kMax && q >= n) continue;
-    orthogonal &= Rotate(&x[p], &x[q], &norm2[p], &norm2[q]);
+    all &= Rotate(orthogonal, &x[p], &x[q], &norm2[p], &norm2[q]);
   }
-  return orthogonal;
+  return all;
 }
 
 template <int kWidth, int kColumns>
@@ -276,7 +276,7 @@ void Solve(TallMatrix* A, RightSystem* system) noexcept {
   Column x[kColumns];
   for (int j = 0; j < n; ++j) x[j] = Column::Load(A->row[j]);
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
-    if (Sweep<kColumns>(n, x)) break;
+    if (Sweep<kColumns>(kOrthogonal, n, x)) break;
   }
 
   int order[kMax];
@@ -304,10 +304,10 @@ void Sort(int n, const Column* x, double* sigma, int* order) noexcept {
 }
 
 // A v beside v, rotated together; products are those of A v.
-template <int kWidth>
+template <int kWidth, int kRows>
 struct ImagePair {
-  using Half = Lanes<kWidth, ShortMatrix::kMaxRows>;
-  Half image, vector;
+  Lanes<kWidth, kRows> image;
+  Lanes<kWidth, NearSystem::kVectorRows> vector;
 
   void Add(double a, const ImagePair& x) noexcept {
     image.Add(a, x.image);
@@ -320,15 +320,19 @@ struct ImagePair {
   [[nodiscard]] double Dot(const ImagePair& x) const noexcept { return image.Dot(x.image); }
 };
 
-// Vectors that are further from orthonormal than this are no guess.
-constexpr double kNearlyOrthonormal = 1e-4;
+// Vectors that are further from orthonormal than this (squared) are no guess.
+constexpr double kNearlyOrthonormal = 1e-8;
+// From nearer than this (squared) a step of Orthonormalise() leaves rounding.
+constexpr double kStepFromRounding = 1e-16;
+// As kOrthogonal: the sweep leaves them orthogonal to some ten roundings, which spares a sweep here.
+constexpr double kNearlyOrthogonal = 1e-15;
 constexpr int kMaxNearSweeps = 5;
 
-// One step of Newton and Schulz, V (3 I - VᵀV) / 2: what was off by e is off by e² afterwards. False when that
-// is not within rounding, as for what is not finite.
-template <int kColumns, typename Half>
-bool Orthonormalise(Half* v) noexcept {
-  Half old[kColumns];
+// One step of Newton and Schulz, V (3 I - VᵀV) / 2: what was off by e is off by e² afterwards. e², not finite for
+// what is not finite.
+template <int kColumns, typename Vector>
+double Orthonormalise(Vector* v) noexcept {
+  Vector old[kColumns];
   for (int i = 0; i < kColumns; ++i) old[i] = v[i];
   double off2 = 0.0;
   for (int i = 0; i < kColumns; ++i) {
@@ -339,26 +343,30 @@ bool Orthonormalise(Half* v) noexcept {
       if (i != j) v[j].Add(-0.5 * e, old[i]);
     }
   }
-  return off2 < kNearlyOrthonormal * kNearlyOrthonormal;
+  return off2;
 }
 
-template <int kWidth, int kColumns>
-bool Near(const ShortMatrix& A, NearSystem* system) noexcept {
-  using Half = Lanes<kWidth, ShortMatrix::kMaxRows>;
-  Half v[kColumns];
-  for (int i = 0; i < kColumns; ++i) v[i] = Half::Load(system->vector[i]);
-  if (!Orthonormalise<kColumns>(v)) return false;
-  ImagePair<kWidth> x[kColumns];
+template <int kWidth, int kColumns, int kRows>
+bool Near(const ColumnMatrix& A, NearSystem* system) noexcept {
+  using Image = Lanes<kWidth, kRows>;
+  using Vector = Lanes<kWidth, NearSystem::kVectorRows>;
+  Vector v[kColumns];
+  for (int i = 0; i < kColumns; ++i) v[i] = Vector::Load(system->vector[i]);
+  for (double off2 = 1.0; !(off2 < kStepFromRounding);) {
+    off2 = Orthonormalise<kColumns>(v);
+    if (!(off2 < kNearlyOrthonormal)) return false;
+  }
+  ImagePair<kWidth, kRows> x[kColumns];
   for (int i = 0; i < kColumns; ++i) {
     x[i].vector = v[i];
     x[i].vector.Store(system->vector[i]);
-    x[i].image = Half::Zero();
+    x[i].image = Image::Zero();
     for (int j = 0; j < kColumns; ++j) {
-      x[i].image.Add(system->vector[i][j], Half::Load(A.column[j]));
+      x[i].image.Add(system->vector[i][j], Image::Load(A.column[j]));
     }
   }
   int sweep = 0;
-  while (!Sweep<kColumns>(kColumns, x)) {
+  while (!Sweep<kColumns>(kNearlyOrthogonal, kColumns, x)) {
     if (++sweep == kMaxNearSweeps) return false;
   }
   int order[kColumns];
@@ -398,18 +406,83 @@ void DiagonalOfAny(TallMatrix* A, double* diagonal) noexcept {
   A->columns <= 8 ? kCases[A->columns - 1](A, diagonal) : Diagonal<kWidth, kMax>(A, diagonal);
 }
 
-template <int kWidth>
-bool NearAny(const ShortMatrix& A, NearSystem* system) noexcept {
-  using Case = bool (*)(const ShortMatrix&, NearSystem*) noexcept;
-  static constexpr Case kCases[] = {Near<kWidth, 1>, Near<kWidth, 2>, Near<kWidth, 3>,
-                                    Near<kWidth, 4>, Near<kWidth, 5>, Near<kWidth, 6>,
-                                    Near<kWidth, 7>, Near<kWidth, 8>};
+template <int kWidth, int kRows>
+bool NearOf(const ColumnMatrix& A, NearSystem* system) noexcept {
+  using Case = bool (*)(const ColumnMatrix&, NearSystem*) noexcept;
+  static constexpr Case kCases[] = {Near<kWidth, 1, kRows>, Near<kWidth, 2, kRows>,
+                                    Near<kWidth, 3, kRows>, Near<kWidth, 4, kRows>,
+                                    Near<kWidth, 5, kRows>, Near<kWidth, 6, kRows>};
   return kCases[A.columns - 1](A, system);
 }
 
 template <int kWidth>
+bool NearAny(const ColumnMatrix& A, NearSystem* system) noexcept {
+  const int rows = PaddedRows(A.rows);
+  return rows == 8    ? NearOf<kWidth, 8>(A, system)
+         : rows == 16 ? NearOf<kWidth, 16>(A, system)
+                      : NearOf<kWidth, kMaxRows>(A, system);
+}
+
+template <int kWidth>
+void PivotsOfAny(TallMatrix* A, double* pivots) noexcept {
+  using Row = Lanes<kWidth, TallMatrix::kLanes>;
+  const int n = A->columns;
+  for (int j = 0; j < n; ++j) {
+    int best = j;
+    for (int i = j + 1; i < n; ++i) {
+      best = __builtin_fabs(A->row[i][j]) > __builtin_fabs(A->row[best][j]) ? i : best;
+    }
+    const Row pivot = Row::Load(A->row[best]);
+    const double inverse = 1.0 / A->row[best][j];
+    pivots[j] = __builtin_fabs(A->row[best][j]);
+    if (best != j) Row::Load(A->row[j]).Store(A->row[best]);
+    for (int i = j + 1; i < n; ++i) {
+      Row row = Row::Load(A->row[i]);
+      row.Add(-inverse * A->row[i][j], pivot);
+      row.Store(A->row[i]);
+    }
+  }
+}
+
+// A row of which less than this is left is a sum of those before it (squared, relative).
+constexpr double kRowLost = 1e-12;
+
+template <int kWidth, int kColumns>
+bool Basis(RowBasis* basis) noexcept {
+  using Row = Lanes<kWidth, kColumns>;
+  Row q[RowBasis::kMaxVectors];
+  for (int i = 0; i < basis->rows; ++i) {
+    Row x = Row::Load(basis->vector[i]);
+    const double before = x.Dot(x);
+    double* part = basis->part[i];
+    for (int j = 0; j < i; ++j) part[j] = 0.0;
+    for (int pass = 0; pass < 2; ++pass) {
+      double along[RowBasis::kMaxVectors];
+      for (int j = 0; j < i; ++j) along[j] = x.Dot(q[j]);
+      for (int j = 0; j < i; ++j) {
+        x.Add(-along[j], q[j]);
+        part[j] += along[j];
+      }
+    }
+    const double left = x.Dot(x);
+    if (!(left > kRowLost * before)) return false;
+    part[i] = __builtin_sqrt(left);
+    x.Scale(1.0 / part[i]);
+    x.Store(basis->vector[i]);
+    q[i] = x;
+  }
+  return true;
+}
+
+template <int kWidth>
+bool BasisOfAny(RowBasis* basis) noexcept {
+  return basis->columns <= 8 ? Basis<kWidth, 8>(basis) : Basis<kWidth, kMaxJoints>(basis);
+}
+
+template <int kWidth>
 constexpr SingularKernels MakeSingularKernels() noexcept {
-  return {SolveAny<kWidth>, DiagonalOfAny<kWidth>, NearAny<kWidth>};
+  return {SolveAny<kWidth>, DiagonalOfAny<kWidth>, NearAny<kWidth>, PivotsOfAny<kWidth>,
+          BasisOfAny<kWidth>};
 }
 
 }  // namespace

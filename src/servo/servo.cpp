@@ -192,7 +192,6 @@ Servo::Servo(ServoTask task, const ServoOptions& options, const TriggerOptions& 
     limit.upper -= margin;
   }
   p_EM_W_.resize(count);
-  point_jacobians_.resize(count);
   current_.resize(count);
   wanted_soon_.resize(count);
   wanted_.resize(count);
@@ -296,10 +295,8 @@ void Servo::PredictState(Time now) noexcept {
 void Servo::UseImage() noexcept {
   const bool standing = qdot_.lpNorm<Eigen::Infinity>() < kStandingSpeed && !camera_moves_;
   const double time = (standing ? kStandingAverage : 1.0) * options_.offset_time;
-  const JointVector q = *joints_.At(features_.exposure, Between);
-  UpdateCalibration(q);
-  const Isometry3d X_CE =
-      X_WC_exposure_.inverse() * EndEffectorPose(task_.view.arm, q - calibration_.joint_bias());
+  const Isometry3d X_WE = UpdateCalibration(*joints_.At(features_.exposure, Between));
+  const Isometry3d X_CE = X_WC_exposure_.inverse() * X_WE;
   markers_lost_ = 0;
   for (std::size_t i = 0; i < task_.view.markers.size(); ++i) {
     const Marker& marker = task_.view.markers[i];
@@ -333,17 +330,19 @@ void Servo::UseImage() noexcept {
 }
 
 // Compares the markers of the arm with where the calibration puts them, where that says something new, and
-// moves the differences that are kept by what the correction explains.
-void Servo::UpdateCalibration(const JointVector& q) noexcept {
+// moves the differences that are kept by what the correction explains. The corrected pose of the end
+// effector at joints that are read as q.
+Isometry3d Servo::UpdateCalibration(const JointVector& q) noexcept {
   const ViewModel& view = task_.view;
   const Isometry3d X_WEBefore = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const Isometry3d X_WCBefore = features_.X_WC * calibration_.X_CTrue();
+  const Isometry3d X_CWBefore = X_WCBefore.inverse();
   const CameraModel before = camera_;
   bool corrected = false;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     const MarkerMeasurement* measured = features_.Find(view.markers[i].id);
     if (measured == nullptr || !measured->valid) continue;
-    const Vector3d p_CM = X_WCBefore.inverse() * (X_WEBefore * view.markers[i].p);
+    const Vector3d p_CM = X_CWBefore * (X_WEBefore * view.markers[i].p);
     std::optional<CalibrationView>& last = calibrated_at_[i];
     if (last && (p_CM - last->p_CM).norm() < kCalibrationWay &&
         AngleBetween(last->R_WC, X_WCBefore.linear()) < kCalibrationTurn) {
@@ -357,7 +356,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
     }
   }
   X_WC_exposure_ = features_.X_WC * calibration_.X_CTrue();
-  if (!corrected) return;
+  if (!corrected) return X_WEBefore;
   const Isometry3d& X_CTrue = calibration_.X_CTrue();
   output_.status.calibration = {
       X_CTrue.translation().norm(), Eigen::AngleAxisd(X_CTrue.linear()).angle(),
@@ -366,7 +365,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
   const Isometry3d X_WE = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const auto shift = [&](int id, const Vector3d& p_WBefore, const Vector3d& p_W, Vector2d* offset) {
     const MarkerMeasurement* measured = features_.Find(id);
-    const auto at_before = Project(X_WCBefore.inverse() * p_WBefore);
+    const auto at_before = Project(X_CWBefore * p_WBefore);
     const auto at_now = Project(X_WC_exposure_.inverse() * p_W);
     if (measured == nullptr || !measured->valid || !at_before || !at_now) return;
     *offset += FromUndistortedPixel(camera_, measured->pixel) - at_now->n -
@@ -379,6 +378,7 @@ void Servo::UpdateCalibration(const JointVector& q) noexcept {
   for (std::size_t i = 0; i < task_.goal.marker_ids.size(); ++i) {
     shift(task_.goal.marker_ids[i], p_WMarker_[i], p_WMarker_[i], &goal_offset_[i]);
   }
+  return X_WE;
 }
 
 void Servo::UseGoalImage(std::size_t i, const Vector2d& measured, double time) noexcept {
@@ -580,15 +580,15 @@ HoldReason Servo::Control(Time now) noexcept {
   output_.J_r = kinematics_.J_WE_W;
   const TaskJacobian J_c = output_.J_v.lazyProduct(output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
-  const SingularSystem system = DecomposeNear(J_c, directions_);
-  directions_ = system.directions;
+  DecomposeComposite(output_.J_v, output_.J_r, J_c, &composite_);
+  const SingularSystem& system = composite_.system;
   if (system.measure.status != MeasureStatus::kOk || !output_.error.allFinite()) {
     return HoldReason::kNotFinite;
   }
   output_.status.error_px =
       std::sqrt(output_.error.squaredNorm() / static_cast<double>(output_.error.size()));
   AverageError();
-  ReportMeasures(system);
+  ReportMeasures();
 
   const FeatureRows& target = PredictPathRows() ? path_rows_ : goal_rows_;
   const double effort = StartEffort(now);
@@ -647,17 +647,17 @@ double Servo::StartEffort(Time now) noexcept {
   return -std::expm1(-(Age(now, *moving_since_) + dt_) / start_time);
 }
 
-void Servo::ReportMeasures(const SingularSystem& system) noexcept {
+void Servo::ReportMeasures() noexcept {
   const ViewModel& view = task_.view;
   const ArmJacobian& J_r = output_.J_r;
-  const Volume manipulability = VolumeOf(J_r);
+  const SingularSystem& system = composite_.system;
   ObservabilityReport& report = output_.observability;
   report.k = static_cast<int>(output_.J_v.rows());
   report.n = static_cast<int>(J_r.cols());
   report.composite = system.measure;
   report.axes = system.axes;
-  report.w_v = ObservabilityOf(output_.J_v, system.measure, manipulability);
-  report.w_r = manipulability.w;
+  report.w_v = ObservabilityOf(output_.J_v, system.measure, composite_.arm);
+  report.w_r = composite_.arm.w;
   report.w_c = system.measure.w;
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     p_EM_W_[i] = kinematics_.X_WE.linear() * view.markers[i].p;
@@ -668,11 +668,7 @@ void Servo::ReportMeasures(const SingularSystem& system) noexcept {
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
   const bool low = report.trigger_value < trigger_.threshold;
-  if (low) {
-    for (std::size_t i = 0; i < p_EM_W_.size(); ++i)
-      point_jacobians_[i] = PointJacobianOf(J_r, p_EM_W_[i]);
-  }
-  report.cause = DiagnoseLowMeasure(system, point_jacobians_, RowsNeeded(), low);
+  report.cause = DiagnoseLowMeasure(system, J_r, p_EM_W_, RowsNeeded(), low);
 }
 
 // The error as it is judged: without the noise of single images.
@@ -691,14 +687,15 @@ double Servo::RemainingMillimetres(const SingularSystem& system) const noexcept 
   JointVector dq = JointVector::Zero(q_.size());
   for (int i = 0; i < system.measure.rank; ++i) {
     const double sigma = system.measure.sigma(i);
-    dq += system.directions.col(i) * (system.axes.col(i).dot(mean_error_) / (sigma * sigma));
+    dq += (system.axes.col(i).dot(mean_error_) / (sigma * sigma)) * system.directions.col(i);
   }
-  const Twist V_WE_W = output_.J_r.lazyProduct(dq);
-  double worst = 0.0;
+  Twist V_WE_W = Twist::Zero();
+  for (Eigen::Index i = 0; i < dq.size(); ++i) V_WE_W += dq(i) * output_.J_r.col(i);
+  double worst = 0.0;  // squared
   for (const Vector3d& p_EM_W : p_EM_W_) {
-    worst = std::max(worst, (V_WE_W.head<3>() + V_WE_W.tail<3>().cross(p_EM_W)).norm());
+    worst = std::max(worst, (V_WE_W.head<3>() + V_WE_W.tail<3>().cross(p_EM_W)).squaredNorm());
   }
-  return 1e3 * worst;
+  return 1e3 * std::sqrt(worst);
 }
 
 int Servo::RowsNeeded() const noexcept {
@@ -783,6 +780,21 @@ HoldReason Servo::WhyStanding() const noexcept {
   if (at_limit) return HoldReason::kJointLimit;
   return output_.observability.cause == LowCause::kArm ? HoldReason::kArmSingular
                                                        : HoldReason::kNone;
+}
+
+void Servo::Rehearse(Time now) noexcept {
+  if (joints_.empty() || poses_.empty() || !has_features_) return;
+  // As dear as an image can make it: every marker is seen from elsewhere than last time.
+  calibrated_at_.fill(std::nullopt);
+  goal_seen_from_.fill(std::nullopt);
+  // Just after what is there: the same places in the histories are read.
+  constexpr Duration kAfter = std::chrono::nanoseconds(1);
+  Accept(JointState{joints_.newest_stamp() + kAfter, joints_.newest(), qdot_}, now);
+  Accept(CameraPose{poses_.newest_stamp() + kAfter, poses_.newest()}, now);
+  ImageFeatures image = features_;
+  image.exposure += kAfter;
+  Accept(image, now);
+  (void)Step(now);
 }
 
 const ServoOutput& Servo::Step(Time now) noexcept {

@@ -1,5 +1,6 @@
 #include "vantage/observability/measures.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -107,21 +108,19 @@ TEST_P(EveryShape, DecompositionFromANeighbourIsAsExact) {
     for (const double change : {0.0, 1e-9, 1e-4, 1e-2, 1.0}) {
       const MatrixXd before = GradedMatrix(&random, rows, columns, decades);
       const MatrixXd J = before + 300.0 * change * RandomMatrix(&random, rows, columns);
-      TaskJacobian directions = Decompose(before).directions;
+      TaskJacobian vectors = VectorsOf(Decompose(before));
       // Vectors that have lost some of their orthonormality on the way.
-      directions.array() += 1e-12;
-      const SingularSystem system = DecomposeNear(J, directions);
-      if (rows < columns) {  // no shorter way for these
-        EXPECT_EQ(system.axes, Decompose(J).axes);
-        continue;
-      }
+      vectors.array() += 1e-12;
+      const SingularSystem system = DecomposeNear(J, vectors);
       const VectorXd expected = Reference(J).head(system.measure.size());
       const double sigma_1 = expected(0);
       EXPECT_TRUE(test::Near(system.measure.sigma, expected, 5e-15 * sigma_1));
       const Eigen::Index s = system.measure.size();
       const auto& V = system.directions;
-      EXPECT_TRUE(test::Near(V.transpose() * V, MatrixXd::Identity(s, s), 1e-13));
-      EXPECT_TRUE(test::Near(J * V, system.axes, 1e-14 * sigma_1));
+      // The directions of a wide matrix are images: what is small against σ_1 has lost digits to it.
+      const bool wide = rows < columns;
+      EXPECT_TRUE(test::Near(V.transpose() * V, MatrixXd::Identity(s, s), wide ? 1e-10 : 1e-13));
+      EXPECT_TRUE(test::Near(J * V, system.axes, (wide ? 1e-12 : 1e-14) * sigma_1));
       const MatrixXd off = system.axes.transpose() * system.axes;
       for (Eigen::Index i = 0; i < s; ++i) {
         for (Eigen::Index j = 0; j < i; ++j) {
@@ -135,16 +134,58 @@ TEST_P(EveryShape, DecompositionFromANeighbourIsAsExact) {
 TEST(DecomposeNear, SaysOfLostDirectionsAndBadMatricesWhatDecomposeSays) {
   std::mt19937 random(24);
   MatrixXd J = RandomMatrix(&random, 8, 6);
-  const TaskJacobian directions = Decompose(J).directions;
+  const TaskJacobian before = VectorsOf(Decompose(J));
   J.col(5) = J.col(0) - J.col(1);
-  EXPECT_EQ(DecomposeNear(J, directions).measure.rank, 5);
-  EXPECT_EQ(DecomposeNear(MatrixXd::Zero(8, 6), directions).measure.w, 0.0);
+  EXPECT_EQ(DecomposeNear(J, before).measure.rank, 5);
+  EXPECT_EQ(DecomposeNear(MatrixXd::Zero(8, 6), before).measure.w, 0.0);
   J(3, 3) = kNaN;
-  EXPECT_EQ(DecomposeNear(J, directions).measure.status, MeasureStatus::kNotFinite);
-  EXPECT_EQ(DecomposeNear(MatrixXd(0, 6), directions).measure.status, MeasureStatus::kEmpty);
+  EXPECT_EQ(DecomposeNear(J, before).measure.status, MeasureStatus::kNotFinite);
+  EXPECT_EQ(DecomposeNear(MatrixXd(0, 6), before).measure.status, MeasureStatus::kEmpty);
   const MatrixXd good = RandomMatrix(&random, 8, 6);
-  EXPECT_TRUE(test::Near(DecomposeNear(good, TaskJacobian::Constant(6, 6, kNaN)).measure.sigma,
-                         Reference(good), 1e-14));
+  for (const TaskJacobian& none :
+       {TaskJacobian(TaskJacobian::Constant(6, 6, kNaN)), TaskJacobian(0, 0)}) {
+    EXPECT_TRUE(test::Near(DecomposeNear(good, none).measure.sigma, Reference(good), 1e-14));
+  }
+  MatrixXd wide = RandomMatrix(&random, 2, 6);
+  const TaskJacobian wide_before = VectorsOf(Decompose(wide));
+  wide.row(1) = 2.0 * wide.row(0);
+  EXPECT_EQ(DecomposeNear(wide, wide_before).measure.rank, 1);
+  EXPECT_TRUE(
+      test::Near(DecomposeNear(wide, wide_before).directions, Decompose(wide).directions, 0.0));
+}
+
+// From any system before; of arms with as many joints as the task has dimensions, more, and fewer; of an arm that
+// has lost a direction too.
+TEST(DecomposeComposite, IsTheDecompositionOfJcAndTheVolumeOfJr) {
+  std::mt19937 random(25);
+  for (const int k : {2, 6, 8, 12, 32}) {
+    for (const int n : {2, 5, 6, 7, 9, 16}) {
+      for (const bool lost : {false, true}) {
+        const FeatureJacobian J_v = 300.0 * RandomMatrix(&random, k, 6);
+        ArmJacobian J_r = RandomMatrix(&random, 6, n);
+        if (lost) J_r.row(4) = J_r.row(0) - 2.0 * J_r.row(2);
+        CompositeSystem composite;
+        for (const double step : {0.0, 1e-4, 1e-4, 1e-2}) {
+          J_r += step * RandomMatrix(&random, 6, n);
+          if (lost) J_r.row(4) = J_r.row(0) - 2.0 * J_r.row(2);
+          const TaskJacobian J_c = J_v * J_r;
+          DecomposeComposite(J_v, J_r, J_c, &composite);
+          const Volume arm = VolumeOf(J_r);
+          EXPECT_EQ(composite.arm.rank, arm.rank);
+          EXPECT_NEAR(composite.arm.w, arm.w, 1e-12 * arm.w + 1e-14);
+          EXPECT_TRUE(lost || std::abs(composite.arm.log_w - arm.log_w) < 1e-11);
+          const SingularSystem& system = composite.system;
+          const Measure expected = MeasureOf(J_c);
+          const double sigma_1 = expected.sigma(0);
+          EXPECT_EQ(system.measure.rank, expected.rank);
+          EXPECT_TRUE(test::Near(system.measure.sigma, expected.sigma, 2e-14 * sigma_1));
+          const auto& V = system.directions;
+          EXPECT_TRUE(test::Near(V.transpose() * V, MatrixXd::Identity(V.cols(), V.cols()), 1e-10));
+          EXPECT_TRUE(test::Near(J_c * V, system.axes, 1e-12 * sigma_1));
+        }
+      }
+    }
+  }
 }
 
 TEST_P(EveryShape, PseudoInverseMeetsPenrosesConditions) {
@@ -505,6 +546,33 @@ TEST(DiagnoseLowMeasure, TheArmGoesBeforeTheView) {
   EXPECT_EQ(DiagnoseLowMeasure(composite, {point}, 3, true), LowCause::kArm);
 }
 
+// Points of one body, however they are given; arms with too few joints, enough and more, near a singularity too.
+TEST(DiagnoseLowMeasure, IsTheSameOfPointsOfOneBody) {
+  std::mt19937 random(27);
+  std::array<int, 4> count{};
+  for (int i = 0; i < 400; ++i) {
+    const int n = 2 + i % 7;
+    ArmJacobian J_r = RandomMatrix(&random, 6, n);
+    if (i % 3 == 0) J_r.col(n - 1) = J_r.col(0) * 2.0 + std::pow(10.0, -(i % 5)) * J_r.col(n - 1);
+    const MatrixXd J_v = 300.0 * RandomMatrix(&random, 1 + i % 11, 6);
+    std::vector<Vector3d> p;
+    std::vector<PointJacobian> points;
+    for (int j = 0; j < 1 + i % 4; ++j) {
+      p.emplace_back(RandomMatrix(&random, 3, 1));
+      points.push_back(PointJacobianOf(J_r, p.back()));
+    }
+    const SingularSystem composite = Decompose(J_v * J_r);
+    const LowCause cause = DiagnoseLowMeasure(composite, points, 1, true);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, p, 1, true), cause);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, p, 1, false), LowCause::kNone);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, p, 12, true), LowCause::kFeatures);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, {}, 1, true), LowCause::kFeatures);
+    ++count[static_cast<std::size_t>(cause)];
+  }
+  EXPECT_GT(count[static_cast<std::size_t>(LowCause::kArm)], 20);
+  EXPECT_GT(count[static_cast<std::size_t>(LowCause::kView)], 20);
+}
+
 TEST(DiagnoseLowMeasure, NothingSeenIsForWantOfFeatures) {
   const PlanarView view = PlanarCase(1.2, 0.0);
   const PointJacobian point = PointJacobianOf(view.J_r, Vector3d::Zero());
@@ -655,6 +723,22 @@ TEST(Volume, OfALostDirectionIsZeroAndOfNoNumberNothing) {
   EXPECT_EQ(VolumeOf(bad).status, MeasureStatus::kNotFinite);
   EXPECT_EQ(VolumeOf(bad).w, 0.0);
   EXPECT_EQ(VolumeOf(bad).log_w, -kInfinity);
+}
+
+// Pivots of 1 and 1, or rows of which enough is left, say nothing of the rank; a wider tolerance is heeded.
+TEST(Volume, KnowsTheRankOfMatricesWhosePivotsHideIt) {
+  MatrixXd J(2, 2);
+  J << 1.0, 1.0, 1e6, 1e6 + 1.0;
+  EXPECT_EQ(VolumeOf(J).rank, 1);
+  EXPECT_EQ(VolumeOf(J.transpose()).rank, 1);
+  MatrixXd wide = MatrixXd::Zero(3, 4);
+  wide.row(0) << 1.0, 0.0, 0.0, 0.0;
+  wide.row(1) << 1e5, 1.0, 0.0, 0.0;
+  wide.row(2) << 0.0, 1e5, 1.0, 0.0;
+  EXPECT_EQ(VolumeOf(wide).rank, MeasureOf(wide).rank);
+  const MatrixXd plain = Eigen::Vector3d(1.0, 1.0, 0.05).asDiagonal();
+  EXPECT_EQ(VolumeOf(plain).rank, 3);
+  EXPECT_EQ(VolumeOf(plain, 0.1).rank, 2);
 }
 
 // The self-motion of a redundant arm moves no point on the end effector: it hides nothing.

@@ -50,6 +50,36 @@ TEST(RunPeriodic, KeepsAnAbsoluteGrid) {
   for (std::size_t i = 1; i < deadlines.size(); ++i) EXPECT_GT(deadlines[i], deadlines[i - 1]);
 }
 
+// Each rehearsal belongs to the period after it and is over before that is due; a period that is due already has
+// none.
+TEST(RunPeriodic, RehearsesAheadOfEachDeadline) {
+  std::atomic<bool> stop{false};
+  const Duration period = milliseconds(4);
+  const Duration lead = milliseconds(2);
+  std::vector<Time> deadlines, rehearsed;
+  const auto rehearse = [&](Time deadline) {
+    EXPECT_LT(Clock::now(), deadline);
+    EXPECT_GE(Clock::now(), deadline - lead);
+    rehearsed.push_back(deadline);
+  };
+  RunPeriodic(
+      period, stop,
+      [&](const LoopCycle& cycle) {
+        EXPECT_GE(cycle.begin, cycle.deadline);
+        deadlines.push_back(cycle.deadline);
+        if (deadlines.size() == 10) std::this_thread::sleep_for(2 * period);
+        stop = deadlines.size() == 20;
+      },
+      Rehearsal<decltype(rehearse)>{lead, rehearse});
+  EXPECT_FALSE(rehearsed.empty());
+  std::size_t next = 0;
+  for (const Time deadline : rehearsed) {
+    while (next < deadlines.size() && deadlines[next] != deadline) ++next;
+    EXPECT_LT(next, deadlines.size());
+    EXPECT_NE(next, 10U);
+  }
+}
+
 TEST(RunPeriodic, CountsAnOverrunAndDoesNotBurst) {
   std::atomic<bool> stop{false};
   const Duration period = milliseconds(5);

@@ -313,6 +313,29 @@ TEST(Servo, AllocatesNothingButViSPsMatrices) {
   }
 }
 
+// A rehearsal on a copy goes through a whole period and allocates nothing, and the servo does not notice.
+TEST(Servo, IsRehearsedOnACopy) {
+  if (!test::AllocationGuard::kSupported) GTEST_SKIP();
+  Session run, alone;
+  ServoOptions options = Options();
+  options.interaction = InteractionSource::kClosedForm;
+  run.servo = MakeServo(run.view, kGoal, options);
+  alone.servo = MakeServo(alone.view, kGoal, options);
+  Servo understudy = run.servo;
+  understudy.Rehearse(run.cell.now());  // nothing has come in
+  EXPECT_EQ(understudy.Step(run.cell.now()).status.reason, HoldReason::kNoJointState);
+  for (int i = 0; i < 100; ++i) {
+    const ServoOutput& out = run.Tick();
+    const test::AllocationGuard guard;
+    understudy = run.servo;
+    understudy.Rehearse(run.cell.now());
+    EXPECT_EQ(guard.count(), 0U);
+    EXPECT_EQ(out.command.qdot, alone.Tick().command.qdot);
+  }
+  EXPECT_EQ(understudy.snapshot().active.now, run.cell.now());
+  EXPECT_EQ(understudy.Step(run.cell.now()).status.refused_messages, 0);
+}
+
 // However it is come by, w_v is that of J_v.
 TEST(Servo, ReportsTheMeasuresOfItsJacobians) {
   Session run;

@@ -98,7 +98,9 @@ struct Volume {
 
 /// w of J where no singular value is left out, that is where task_dimension does not cap
 /// s = min(rows, columns): so it is for J_v (k×6) and J_r (6×n). The product of the moduli of the diagonal of
-/// a pivoted QR decomposition is that of the singular values, as exactly, at a fifth of MeasureOf()'s time.
+/// a pivoted QR decomposition is that of the singular values, as exactly, at a fifth of MeasureOf()'s time; so is
+/// that of the pivots of a square matrix, or of what the rows of a wide one add to the span of those before: they
+/// are used where they leave no doubt of the rank.
 /// Real-time safe.
 [[nodiscard]] Volume VolumeOf(const JacobianRef& J,
                               double rank_tolerance = kRankTolerance) noexcept;
@@ -118,12 +120,33 @@ struct SingularSystem {
 [[nodiscard]] SingularSystem Decompose(const JacobianRef& J, int task_dimension = kTaskDimension,
                                        double rank_tolerance = kRankTolerance) noexcept;
 
-/// The same as Decompose(J), to rounding, faster where the directions of a similar matrix are known: those of
-/// the period before.
-/// @param directions  Of that system. Any matrix will do: what does not help is not used.
+/// The singular vectors on the side where J has fewer rows or columns: v_i, or u_i where J is wide. Real-time
+/// safe.
+[[nodiscard]] TaskJacobian VectorsOf(const SingularSystem& system) noexcept;
+
+/// The same as Decompose(J), to rounding, faster where the vectors of a similar matrix are known: those of the
+/// period before.
+/// @param vectors  VectorsOf() that matrix' system. Any matrix will do: what does not help is not used.
 /// Real-time safe.
 [[nodiscard]] SingularSystem DecomposeNear(const JacobianRef& J,
-                                           const TaskJacobian& directions) noexcept;
+                                           const TaskJacobian& vectors) noexcept;
+
+/// What a control period measures of J_c = J_v J_r.
+struct CompositeSystem {
+  SingularSystem system;  ///< Of J_c.
+  Volume arm;             ///< Of J_r.
+  TaskJacobian earlier;   ///< The singular vectors of the period before.
+};
+
+/// Decompose(J_c) and VolumeOf(J_r), to rounding, faster where the system of the period before is known: the search
+/// starts where its vectors would be if they went on as they went. Of an arm with more joints than the task has
+/// dimensions J_c is decomposed in an orthonormal basis of the joint motions that move E, which tells the volume
+/// of J_r as well.
+/// @param composite  In: of the period before; any will do, what does not help is not used. Out: of this one.
+/// @pre J_c = J_v J_r.
+/// Real-time safe.
+void DecomposeComposite(const FeatureJacobian& J_v, const ArmJacobian& J_r, const TaskJacobian& J_c,
+                        CompositeSystem* composite) noexcept;
 
 /// A pseudo-inverse, or a matrix of an ellipsoid.
 using PseudoInverseMatrix =
@@ -240,6 +263,12 @@ struct Coupling {
 [[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite,
                                           const std::vector<PointJacobian>& points, int rows_needed,
                                           bool low) noexcept;
+
+/// The same for points fixed to the end effector, whose Jacobians share J_r: faster.
+/// @param p_EP_W  From E's origin to each point, in world axes [m].
+[[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite, const ArmJacobian& J_r,
+                                          const std::vector<Eigen::Vector3d>& p_EP_W,
+                                          int rows_needed, bool low) noexcept;
 
 /// Worst motion of any of the points that a feature error of one pixel (norm over all rows) may hide:
 /// max over points i and joint motions with |J_c δq| <= 1 of |A_i δq| [mm/px].

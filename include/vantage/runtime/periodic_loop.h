@@ -41,22 +41,40 @@ void SleepUntil(Time deadline) noexcept;
 /// @pre now >= deadline, period > 0.
 [[nodiscard]] Time LatestDeadline(Time deadline, Duration period, Time now) noexcept;
 
+/// What a loop does ahead of each deadline: it wakes so much earlier, calls body(deadline) and then stays awake, so
+/// that the period finds its code and data in the caches and its core at work. It costs processor time, `lead` of
+/// each period.
+template <typename Body>
+struct Rehearsal {
+  Duration lead{0};  ///< >= 0, < the loop's period; 0: no rehearsal.
+  Body body{};       ///< Must take less than half of lead.
+};
+
 /// Calls body() or body(const LoopCycle&) each period until `stop` is true. After an overrun the
 /// newest period that is due begins at once and the older ones are left out: no burst, and the grid
 /// of deadlines stays.
 ///
-/// @param period  > 0.
-/// @param stop    Read before each period; a signal handler may set it.
-/// Real-time safe as far as body is.
-template <typename Body>
-LoopReport RunPeriodic(Duration period, const std::atomic<bool>& stop, Body&& body) {
+/// @param period     > 0.
+/// @param stop       Read before each period; a signal handler may set it.
+/// @param rehearsal  Nothing, or what to do ahead of each period.
+/// Real-time safe as far as body and rehearsal are.
+template <typename Body, typename Rehearse = void (*)(Time)>
+LoopReport RunPeriodic(Duration period, const std::atomic<bool>& stop, Body&& body,
+                       const Rehearsal<Rehearse>& rehearsal = {}) {
   LoopReport report;
   Time deadline = Clock::now();
+  Time rehearsed{};  // the deadline that was rehearsed for last
   while (!stop.load(std::memory_order_relaxed)) {
     const Time begin = Clock::now();
     if (begin < deadline) {
-      SleepUntil(deadline);
-      continue;
+      if (begin < deadline - rehearsal.lead) {
+        SleepUntil(deadline - rehearsal.lead);
+      } else if (rehearsed != deadline) {
+        rehearsed = deadline;
+        // Woken too late, it would only delay the period.
+        if (begin < deadline - rehearsal.lead / 2) rehearsal.body(deadline);
+      }
+      continue;  // after a rehearsal: awake until the deadline
     }
     if constexpr (std::is_invocable_v<Body&, const LoopCycle&>) {
       body(LoopCycle{deadline, begin, report});

@@ -72,6 +72,10 @@ struct ServoSnapshot {
   int goal_count{0};  ///< Entries of both arrays in use: one for each marker of the view.
 };
 
+/// How long before its period a servo is rehearsed: see Servo::Rehearse() and RunPeriodic(). A rehearsal with cold
+/// caches takes less than half of it.
+inline constexpr Duration kRehearsalLead = std::chrono::microseconds(120);
+
 /// The servo. Set-up may throw; Accept() and Step() are real-time safe but for ViSP's interaction
 /// matrices (10 allocations for each point and its goal).
 class Servo {
@@ -92,6 +96,10 @@ class Servo {
   /// One control period that ends in a command valid for options.period.
   [[nodiscard]] const ServoOutput& Step(Time now) noexcept;
 
+  /// Of a copy of a servo: the period at `now` as if all its inputs came in again. What it reads and runs is in the
+  /// caches afterwards, for the servo that it is a copy of. Nothing is done before the first complete set of inputs.
+  void Rehearse(Time now) noexcept;
+
   [[nodiscard]] const ServoSnapshot& snapshot() const noexcept { return snapshot_; }
 
  private:
@@ -106,7 +114,7 @@ class Servo {
   [[nodiscard]] Twist CameraTwist() const noexcept;
   void PredictState(Time now) noexcept;
   void UseImage() noexcept;
-  void UpdateCalibration(const JointVector& q) noexcept;
+  Eigen::Isometry3d UpdateCalibration(const JointVector& q) noexcept;
   [[nodiscard]] bool NewView(std::size_t marker) noexcept;
   void PlaceGoalMarker(std::size_t marker) noexcept;
   void FitGoalLayout() noexcept;
@@ -121,7 +129,7 @@ class Servo {
   [[nodiscard]] JointVector SelfMotion() const noexcept;
   [[nodiscard]] double StartEffort(Time now) noexcept;
   [[nodiscard]] HoldReason Control(Time now) noexcept;
-  void ReportMeasures(const SingularSystem& system) noexcept;
+  void ReportMeasures() noexcept;
   void AverageError() noexcept;
   [[nodiscard]] double RemainingMillimetres(const SingularSystem& system) const noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
@@ -187,9 +195,8 @@ class Servo {
   PointViews current_, wanted_;
   PointViews wanted_soon_;  // goals that move, kSoon later
   FeatureRows current_rows_, goal_rows_, soon_rows_;
-  std::vector<Eigen::Vector3d> p_EM_W_;         // from E's origin to each marker, in world axes
-  std::vector<PointJacobian> point_jacobians_;  // of the markers, where the measure is low
-  TaskJacobian directions_{0, 0};               // of J_c one period ago
+  std::vector<Eigen::Vector3d> p_EM_W_;  // from E's origin to each marker, in world axes
+  CompositeSystem composite_;            // of this period, or of the one before
   PathReference reference_;
   Eigen::Isometry3d X_WE_goal_{Eigen::Isometry3d::Identity()};  // at active_.q_goal
   double remaining_mm_{0.0};  // worst marker's distance to its goal point, by the image
