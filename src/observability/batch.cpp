@@ -328,9 +328,14 @@ void BatchCameras::Set(int i, const Eigen::Isometry3d& X_WC, double zoom) noexce
   const Matrix3d& R_WC = X_WC.linear();
   for (int axis = 0; axis < 3; ++axis) {
     for (int k = 0; k < 3; ++k) entry[(3 * axis + k) * stride_] = R_WC(k, axis);
-    entry[(9 + axis) * stride_] = X_WC.translation()(axis);
   }
   entry[batch::kZoomField * stride_] = zoom;
+  Move(i, X_WC.translation());
+}
+
+void BatchCameras::Move(int i, const Vector3d& p_WC) noexcept {
+  assert(i >= 0 && i < count_);
+  for (int axis = 0; axis < 3; ++axis) data_[(9 + axis) * stride_ + i] = p_WC(axis);
 }
 
 BatchEvaluator::BatchEvaluator() : isa_(AvailableIsas().back()) {}
