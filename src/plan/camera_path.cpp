@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "search_space.h"
 #include "vantage/math/error.h"
@@ -76,7 +77,8 @@ class SampleJudge {
                                        const std::vector<double>& by,
                                        std::vector<Vector3d>* places) {
     std::swap(margins_, own_);
-    cameras_.Resize(static_cast<int>(by.size()));
+    std::swap(cameras_, asked_);
+    cameras_.Turn(asked_, source);
     margins_.near.resize(by.size());
     margins_.far.resize(by.size());
     margins_.image.resize(by.size());
@@ -85,7 +87,6 @@ class SampleJudge {
       const int from = source[i];
       const Isometry3d& X = X_WC[from];
       (*places)[i] = X.translation() - by[i] * X.linear().col(2);
-      cameras_.Set(static_cast<int>(i), X);
       cameras_.Move(static_cast<int>(i), (*places)[i]);
       margins_.near[i] = own_.near[from] + by[i];
       margins_.far[i] = own_.far[from] - by[i];
@@ -148,7 +149,7 @@ class SampleJudge {
 
   const PlacementModel& model_;
   BatchEvaluator evaluator_;
-  BatchCameras cameras_;
+  BatchCameras cameras_, asked_;
   BatchScores scores_;
   BatchMargins margins_, own_;
   std::vector<double> back_;
@@ -495,7 +496,9 @@ class Tube {
     double haste{
         kInfinity};  // what twice the camera's speed costs at a sample; inf: none above it is allowed
   };
-  void Refine(const Round& round, std::vector<RigVector>* path) {
+  /// The best way through the neighbours of the path becomes the path. Returns what the window's samples are
+  /// then worth, those that are not looked at as their neighbours; nothing where there is no way.
+  std::optional<double> Refine(const Round& round, std::vector<RigVector>* path) {
     const ArmMotion& motion = model_.problem().motion;
     const Window& window = round.window;
     Prepare(round, *path);
@@ -542,7 +545,8 @@ class Tube {
           Follows(end - 1, StateOf(window, window.count - 1, at_node_, n, *path), (*path)[end]);
       if (leaves && best(K - 1, n) > (last < 0 ? -kInfinity : best(K - 1, last))) last = n;
     }
-    if (last < 0) return;
+    if (last < 0) return std::nullopt;
+    const double worth = best(K - 1, last);
     for (int k = K - 1; k > 0; --k) {
       const int before = from[k][last];
       for (int i = nodes[k - 1] + 1; i < nodes[k]; ++i) {
@@ -559,6 +563,7 @@ class Tube {
       last = before;
     }
     (*path)[window.first] = StateOf(window, 0, at_node_, last, *path);
+    return worth;
   }
 
  private:
@@ -576,7 +581,6 @@ class Tube {
     std::vector<int>
         direction;  // of each: where one axis is the distance, those with equal other axes share one
     std::vector<int> pick;  // of each direction: codes by rig axis, one after the other
-    bool node;
   };
   static constexpr int kStays = 4;  // code of an axis that does not move
   static constexpr int kCodes = 9;
@@ -600,26 +604,44 @@ class Tube {
       }
       return of_axis;
     };
+    // Moves that differ in the distance alone share a direction, and so do their pairs.
+    std::vector<int> direction(S, 0);
+    int directions = 0;
+    for (int n = 0; n < S; ++n) {
+      int same = 0;
+      while (same < n && !SameDirection(round.moves[same], round.moves[n])) ++same;
+      direction[n] = same < n ? direction[same] : directions++;
+    }
     at_node_ = between_ = {};
-    at_node_.node = true;
-    for (int n = 0; n < S; ++n) Add(code(n, n), &at_node_);
-    for (int p = 0; p < S * S; ++p) Add(code(p / S, p % S), &between_);
+    std::vector<int> known(directions * directions, -1);
+    for (int n = 0; n < S; ++n) {
+      Add(code(n, n), &known[direction[n]], &at_node_);
+    }
+    std::fill(known.begin(), known.end(), -1);
+    for (int p = 0; p < S * S; ++p) {
+      Add(code(p / S, p % S), &known[direction[p / S] * directions + direction[p % S]], &between_);
+    }
     SetSteps(round, path);
   }
 
-  void Add(const std::array<int, kMaxRigAxes>& code, Neighbours* all) const {
-    const int size = space_.rig().size(), distance = space_.step_axis();
-    auto direction = code;
-    if (distance >= 0) direction[distance] = 0;
-    const auto known = static_cast<int>(all->pick.size()) / size;
-    int d = distance < 0 ? known : 0;
-    while (d < known && !std::equal(direction.begin(), direction.begin() + size,
-                                    all->pick.begin() + static_cast<std::ptrdiff_t>(d) * size)) {
-      ++d;
+  // Two moves, in steps of each free axis.
+  [[nodiscard]] bool SameDirection(const std::vector<int>& a, const std::vector<int>& b) const {
+    for (int j = 0; j < space_.size(); ++j) {
+      if (space_.axis(j) != space_.step_axis() && a[j] != b[j]) return false;
     }
-    if (d == known) all->pick.insert(all->pick.end(), direction.begin(), direction.begin() + size);
+    return true;
+  }
+
+  // One more neighbour; `direction`: its index among those of all, -1: it is the first to have it.
+  void Add(const std::array<int, kMaxRigAxes>& code, int* direction, Neighbours* all) const {
+    const int size = space_.rig().size(), distance = space_.step_axis();
+    if (*direction < 0) {
+      *direction = static_cast<int>(all->pick.size()) / size;
+      all->pick.insert(all->pick.end(), code.begin(), code.begin() + size);
+      if (distance >= 0) all->pick[all->pick.size() - size + distance] = 0;
+    }
     all->code.push_back(code);
-    all->direction.push_back(d);
+    all->direction.push_back(*direction);
   }
 
   // One step of an axis: a share of what its speed and that of the camera allow from node to node.
@@ -835,7 +857,7 @@ struct Rounds {
 // Long waves first, then ever shorter ones, over and over with smaller steps.
 constexpr std::array<int, 6> kSpacing{32, 16, 8, 4, 2, 1};
 Tube::Round RoundOf(const Window& window, int free_axes, int round, double share) {
-  constexpr double kFirstStep = 0.5, kLastStep = 0.05;
+  constexpr double kFirstStep = 0.5, kLastStep = 0.1;
   const auto waves = static_cast<int>(kSpacing.size());
   Tube::Round of;
   of.window = window;
@@ -848,14 +870,6 @@ Tube::Round RoundOf(const Window& window, int free_axes, int round, double share
 
 double ShareOf(const Rounds& rounds, int round) {
   return rounds.all > 1 ? static_cast<double>(round) / (rounds.all - 1) : 1.0;
-}
-
-// Refines samples of a path that keeps the speeds, and always keeps them.
-void RefineWithin(const SearchSpace& space, const Window& window, int rounds, Tube* tube,
-                  std::vector<RigVector>* path) {
-  for (int r = 0; r < rounds; ++r) {
-    tube->Refine(RoundOf(window, space.size(), r, ShareOf({0, rounds, rounds}, r)), path);
-  }
 }
 
 // Refines a whole path. What moves at its greatest speed can hardly change its way: speeds may be exceeded at
@@ -949,7 +963,7 @@ CameraPathResult PlanCameraPath(const PlacementModel& model, const PlacedCamera&
   }
   tell(0.3);
   // All go some way, the better half further, the best to the end.
-  const int heat = std::max(1, search.rounds / 8);
+  const int heat = std::max(1, search.rounds / 12);
   Tube tube(model, space, judge.Penalty(), &judge);
   for (int done = 0; done < search.rounds;) {
     const int until = runners.size() > 1 ? std::min(search.rounds, done + heat) : search.rounds;
@@ -977,19 +991,19 @@ double RefineWindow(const PlacementModel& model, int first, int count, int round
   const SearchSpace space(Moving(problem), problem.q_c_start);
   if (space.size() == 0) return 0.0;
   SampleJudge judge(model);
-  for (int i = first; i < first + count; ++i) judge.Of(i, path->q_c[i]);
+  std::vector<SampleJudge::Worth> worth;
+  for (int i = first; i < first + count; ++i) worth.push_back(judge.Of(i, path->q_c[i]));
   const double penalty = judge.Penalty();
-  const auto worth = [&] {
-    double sum = 0.0;
-    for (int i = first; i < first + count; ++i) {
-      sum += Reward(judge.Of(i, path->q_c[i]), penalty);
-    }
-    return sum;
-  };
-  const double before = worth();
+  double before = 0.0;
+  for (const SampleJudge::Worth& of_sample : worth) before += Reward(of_sample, penalty);
   Tube tube(model, space, penalty, &judge);
-  RefineWithin(space, {first, count, hold_first}, rounds, &tube, &path->q_c);
-  return worth() - before;
+  double now = before;
+  for (int r = 0; r < rounds; ++r) {
+    const double share = ShareOf({0, rounds, rounds}, r);
+    now = tube.Refine(RoundOf({first, count, hold_first}, space.size(), r, share), &path->q_c)
+              .value_or(now);
+  }
+  return now - before;
 }
 
 }  // namespace vantage
