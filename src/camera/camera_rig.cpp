@@ -36,10 +36,32 @@ struct SphericalFrame {
   Vector3d e_r, e_theta, e_phi;
 };
 
-SphericalFrame FrameAt(double theta, double phi) noexcept {
-  const double st = std::sin(theta), ct = std::cos(theta);
-  const double sp = std::sin(phi), cp = std::cos(phi);
+// From sine and cosine of theta and phi.
+SphericalFrame FrameOf(double st, double ct, double sp, double cp) noexcept {
   return {{st * cp, st * sp, ct}, {ct * cp, ct * sp, -st}, {-sp, cp, 0.0}};
+}
+
+SphericalFrame FrameAt(double theta, double phi) noexcept {
+  return FrameOf(std::sin(theta), std::cos(theta), std::sin(phi), std::cos(phi));
+}
+
+// How a spherical rig holds its camera before that rolls.
+Matrix3d BaseOf(RigOrientation orientation, const SphericalFrame& frame) noexcept {
+  Matrix3d R_WB;
+  if (orientation == RigOrientation::kLookAt) {
+    R_WB << frame.e_phi, frame.e_theta, -frame.e_r;
+  } else {
+    R_WB = Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  }
+  return R_WB;
+}
+
+// R_WB Rz(roll), from the sine and cosine of the roll.
+Matrix3d Rolled(const Matrix3d& R_WB, double sine, double cosine) noexcept {
+  Matrix3d R_WC;
+  R_WC << cosine * R_WB.col(0) + sine * R_WB.col(1), cosine * R_WB.col(1) - sine * R_WB.col(0),
+      R_WB.col(2);
+  return R_WC;
 }
 
 // Axes of a spherical rig.
@@ -341,13 +363,8 @@ Isometry3d SphericalPose(RigOrientation orientation, const Vector3d& target_W,
   const SphericalFrame frame = FrameAt(q_c(kTheta), q_c(kPhi));
   Isometry3d X_WC = Isometry3d::Identity();
   X_WC.translation() = target_W + q_c(kR) * frame.e_r;
-  Matrix3d R_WB;
-  if (orientation == RigOrientation::kLookAt) {
-    R_WB << frame.e_phi, frame.e_theta, -frame.e_r;
-  } else {
-    R_WB = Vector3d(1.0, -1.0, -1.0).asDiagonal();
-  }
-  X_WC.linear() = R_WB * RotZ(q_c(kRoll));
+  const double roll = q_c(kRoll);
+  X_WC.linear() = Rolled(BaseOf(orientation, frame), std::sin(roll), std::cos(roll));
   return X_WC;
 }
 
@@ -371,9 +388,51 @@ RigHead HeadOf(const CameraRig& rig) noexcept {
 
 Isometry3d RigPose(const CameraRig& rig, const RigVector& q_c) noexcept {
   assert(q_c.size() == rig.size());
+  if (rig.kind == RigKind::kSpherical && rig.size() == 4) {
+    return SphericalPose(rig.orientation, rig.target_W, q_c.head<4>());
+  }
   Isometry3d X_WC = BasePose(rig, q_c);
   X_WC.linear() = X_WC.linear() * HeadRotation(AnglesAt(HeadOf(rig), q_c));
   return X_WC;
+}
+
+void RigPoses(const CameraRig& rig, const std::vector<std::vector<double>>& values,
+              const std::vector<int>& pick, std::vector<Isometry3d>* X_WC) {
+  assert(static_cast<int>(values.size()) == rig.size() && pick.size() % values.size() == 0);
+  X_WC->resize(pick.size() / values.size(), Isometry3d::Identity());
+  const int* at = pick.data();
+  if (rig.kind == RigKind::kSpherical && rig.size() == 4) {
+    struct Turn {
+      double sine, cosine;
+    };
+    const auto turns = [](const std::vector<double>& angles) {
+      std::vector<Turn> of_angles(angles.size());
+      for (std::size_t i = 0; i < angles.size(); ++i) {
+        // Values that do not vary come as copies.
+        const bool again = i > 0 && angles[i] == angles[i - 1];
+        of_angles[i] = again ? of_angles[i - 1] : Turn{std::sin(angles[i]), std::cos(angles[i])};
+      }
+      return of_angles;
+    };
+    const std::vector<Turn> thetas = turns(values[kTheta]), phis = turns(values[kPhi]),
+                            rolls = turns(values[kRoll]);
+    for (Isometry3d& X : *X_WC) {
+      const Turn& theta = thetas[at[kTheta]];
+      const Turn& phi = phis[at[kPhi]];
+      const Turn& roll = rolls[at[kRoll]];
+      const SphericalFrame frame = FrameOf(theta.sine, theta.cosine, phi.sine, phi.cosine);
+      X.linear() = Rolled(BaseOf(rig.orientation, frame), roll.sine, roll.cosine);
+      X.translation() = rig.target_W + values[kR][at[kR]] * frame.e_r;
+      at += rig.size();
+    }
+    return;
+  }
+  RigVector q_c(rig.size());
+  for (Isometry3d& X : *X_WC) {
+    for (int axis = 0; axis < rig.size(); ++axis) q_c(axis) = values[axis][at[axis]];
+    X = RigPose(rig, q_c);
+    at += rig.size();
+  }
 }
 
 RigJacobianMatrix RigJacobian(const CameraRig& rig, const RigVector& q_c) noexcept {

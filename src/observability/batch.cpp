@@ -143,18 +143,21 @@ class CameraBlock<float> {
 template <class T>
 class Output {
  public:
-  explicit Output(int count) : count_(count), data_(Padded(count)) {}
-  T* data() { return data_.data(); }
-  void CopyTo(std::vector<double>* out, double factor, double addend) const {
+  explicit Output(int count) : count_(count) {
+    if (count > kFew) many_.resize(Padded(count));
+  }
+  T* data() { return count_ > kFew ? many_.data() : few_; }
+  void CopyTo(std::vector<double>* out, double factor, double addend) {
+    const T* from = data();
     out->resize(count_);
-    for (int i = 0; i < count_; ++i) {
-      (*out)[i] = factor * static_cast<double>(data_[i]) + addend;
-    }
+    for (int i = 0; i < count_; ++i) (*out)[i] = factor * static_cast<double>(from[i]) + addend;
   }
 
  private:
+  static constexpr int kFew = 6 * batch::kPadding;  // no more of them cost an allocation
   int count_;
-  std::vector<T> data_;
+  T few_[kFew];  // the kernels write before it is read
+  std::vector<T> many_;
 };
 
 template <class T>
@@ -328,9 +331,24 @@ void BatchCameras::Set(int i, const Eigen::Isometry3d& X_WC, double zoom) noexce
   const Matrix3d& R_WC = X_WC.linear();
   for (int axis = 0; axis < 3; ++axis) {
     for (int k = 0; k < 3; ++k) entry[(3 * axis + k) * stride_] = R_WC(k, axis);
-    entry[(9 + axis) * stride_] = X_WC.translation()(axis);
   }
   entry[batch::kZoomField * stride_] = zoom;
+  Move(i, X_WC.translation());
+}
+
+void BatchCameras::Turn(const BatchCameras& from, const std::vector<int>& source) {
+  Resize(static_cast<int>(source.size()));
+  for (int f = 0; f < kCameraFields; ++f) {
+    if (f >= 9 && f < 12) continue;
+    const double* of = from.field(f);
+    double* entry = data_.data() + f * stride_;
+    for (std::size_t i = 0; i < source.size(); ++i) entry[i] = of[source[i]];
+  }
+}
+
+void BatchCameras::Move(int i, const Vector3d& p_WC) noexcept {
+  assert(i >= 0 && i < count_);
+  for (int axis = 0; axis < 3; ++axis) data_[(9 + axis) * stride_ + i] = p_WC(axis);
 }
 
 BatchEvaluator::BatchEvaluator() : isa_(AvailableIsas().back()) {}

@@ -336,11 +336,6 @@ double PlacementModel::Merit(double score) const noexcept {
   return merit > kWorthless ? merit : kWorthless;
 }
 
-bool PlacementModel::Keeps(const PlanMargins& margins) const noexcept {
-  const double least = *std::min_element(margins.begin(), margins.end());
-  return least >= -kMarginTolerance * unit_;
-}
-
 double PlacementModel::Violation(const PlanMargins& margins) const noexcept {
   double sum = 0.0;
   for (const double margin : margins) sum += std::max(0.0, -margin);

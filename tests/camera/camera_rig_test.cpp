@@ -168,6 +168,34 @@ TEST_P(EveryRig, JacobianMatchesCentralDifference) {
   }
 }
 
+TEST_P(EveryRig, ManyPosesAreThoseOfEach) {
+  const CameraRig rig = GetParam().make();
+  std::mt19937 random(5);
+  std::vector<std::vector<double>> values(rig.size());
+  for (int i = 0; i < 3; ++i) {
+    const RigVector q_c = RandomCoordinates(rig, &random);
+    for (int axis = 0; axis < rig.size(); ++axis) values[axis].push_back(q_c(axis));
+  }
+  values[0].push_back(values[0].back());  // Twice the same.
+  std::vector<int> pick;
+  std::vector<RigVector> all;
+  for (int i = 0; i < 12; ++i) {
+    RigVector q_c(rig.size());
+    for (int axis = 0; axis < rig.size(); ++axis) {
+      const auto count = static_cast<int>(values[axis].size());
+      pick.push_back(std::uniform_int_distribution<int>(0, count - 1)(random));
+      q_c(axis) = values[axis][pick.back()];
+    }
+    all.push_back(q_c);
+  }
+  std::vector<Isometry3d> X_WC;
+  RigPoses(rig, values, pick, &X_WC);
+  ASSERT_EQ(X_WC.size(), all.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_TRUE(test::Near(X_WC[i].matrix(), RigPose(rig, all[i]).matrix(), 1e-15)) << i;
+  }
+}
+
 TEST(RigJacobian, HoldsAtThePole) {
   CameraRig rig = Spherical();
   const RigVector q_c = Vector4d(1.4, 0.0, 0.6, 0.2);

@@ -93,6 +93,14 @@ struct RigHead {
 /// @pre q_c.size() == rig.size().
 [[nodiscard]] Eigen::Isometry3d RigPose(const CameraRig& rig, const RigVector& q_c) noexcept;
 
+/// Poses at chosen combinations of axis values. For many poses: of a spherical rig without a head each value costs
+/// its sine once and not with every pose.
+/// @param values  Of each axis [m or rad].
+/// @param pick    For each pose an index into the values of each axis, one pose after the other.
+/// @pre values.size() == rig.size(); pick.size() is a multiple of it.
+void RigPoses(const CameraRig& rig, const std::vector<std::vector<double>>& values,
+              const std::vector<int>& pick, std::vector<Eigen::Isometry3d>* X_WC);
+
 /// 6×m Jacobian of RigPose(): V_WC_C = J * q̇_c (camera twist in camera axes). Closed form. Real-time
 /// safe.
 [[nodiscard]] RigJacobianMatrix RigJacobian(const CameraRig& rig, const RigVector& q_c) noexcept;

@@ -167,6 +167,11 @@ class BatchCameras {
   [[nodiscard]] int size() const noexcept { return count_; }
   /// @pre 0 <= i < size(). Threads may set different cameras at once.
   void Set(int i, const Eigen::Isometry3d& X_WC, double zoom = 1.0) noexcept;
+  /// As many cameras as there are sources, camera i turned and zoomed as camera source[i] of others; their
+  /// centres are left to Move(). @pre source holds indices below from.size().
+  void Turn(const BatchCameras& from, const std::vector<int>& source);
+  /// Another centre [m] for a camera that was set; the rest stays.
+  void Move(int i, const Eigen::Vector3d& p_WC) noexcept;
 
   /// One value of all cameras: of the rows of R_CW, one after the other, then the centre [m], then the zoom.
   /// @pre 0 <= f <= 12.

@@ -22,8 +22,8 @@ struct CameraPath {
 
 /// Settings of the search for a path.
 struct CameraPathSearch {
-  int states{600};  ///< Camera coordinates of the coarse lattice; >= 2.
-  int rounds{24};   ///< Refinements in a tube about the path.
+  int states{800};  ///< Camera coordinates of the finest coarse lattice; >= 2.
+  int rounds{96};   ///< Refinements of the best path in a tube about it.
 };
 
 /// A camera path with what it cost to find.
@@ -39,8 +39,8 @@ struct CameraPathResult {
 /// True when no axis and not the camera's centre moves faster than the rig allows between samples.
 [[nodiscard]] bool KeepsSpeeds(const PlacementModel& model, const CameraPath& path);
 
-/// The best path found: dynamic programming over a coarse lattice in time and rig coordinates, then over
-/// ever finer ones in a tube about the path. Never worse than the best fixed camera. The start is free.
+/// The best path found: dynamic programming over coarse lattices in time and rig coordinates, then over ever
+/// finer ones in a tube about the paths that these give. Never worse than the best fixed camera. The start is free.
 ///
 /// Throws ConfigError (key "objective.over") for the worst case over the motion, and where the pose is
 /// uncertain: those are of fixed cameras.

@@ -155,7 +155,11 @@ class PlacementModel {
   /// Monotone in the score, of order 1: its logarithm, or the mean of the logarithms.
   [[nodiscard]] double Merit(double score) const noexcept;
   /// Every margin is kept.
-  [[nodiscard]] bool Keeps(const PlanMargins& margins) const noexcept;
+  [[nodiscard]] bool Keeps(const PlanMargins& margins) const noexcept {
+    double least = margins[0];
+    for (const double margin : margins) least = std::min(least, margin);
+    return least >= -kMarginTolerance * unit_;
+  }
   /// Sum of what is broken, per unit().
   [[nodiscard]] double Violation(const PlanMargins& margins) const noexcept;
   /// "least depth" is the lens' where the focus is what binds.
