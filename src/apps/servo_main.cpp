@@ -297,10 +297,10 @@ int main(int argc, char** argv) {
       ->type_name("LIST")
       ->allow_extra_args(false)
       ->delimiter(',');
-  app.add_flag("--rehearse", arguments.rehearse,
-               "Goes through each period on a copy just before it is due, so that the caches are "
-               "warm: less jitter "
-               "for 0.12 ms of processor time a period");
+  app.add_flag(
+      "--rehearse", arguments.rehearse,
+      "Goes through each period on a copy just before it is due: shorter periods, though not "
+      "the slowest ones, for 0.12 ms of processor time each");
   app.add_option("--replay", arguments.replay,
                  "Replays the servo that this event log holds, and compares commands and measures; "
                  "exit code 0 only if it reproduces them")

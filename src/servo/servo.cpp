@@ -116,6 +116,17 @@ void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
   }
 }
 
+// J_v J_r, column by column, which is faster than Eigen's product of matrices of bounded size.
+TaskJacobian CompositeJacobian(const FeatureJacobian& J_v, const ArmJacobian& J_r) noexcept {
+  TaskJacobian J_c(J_v.rows(), J_r.cols());
+  for (Eigen::Index j = 0; j < J_r.cols(); ++j) {
+    const Twist twist = J_r.col(j);
+    J_c.col(j) = twist(0) * J_v.col(0) + twist(1) * J_v.col(1) + twist(2) * J_v.col(2) +
+                 twist(3) * J_v.col(3) + twist(4) * J_v.col(4) + twist(5) * J_v.col(5);
+  }
+  return J_c;
+}
+
 // w_v. Where features and joints cover the task, w_c = w_v w_r (docs/paper.md), which saves a decomposition;
 // not near a singularity, where the quotient loses its digits.
 double ObservabilityOf(const FeatureJacobian& J_v, const Measure& composite, const Volume& arm) {
@@ -539,7 +550,7 @@ bool Servo::PredictPathRows() noexcept {
     ahead_[i].visible = current_[i].visible && ahead;
     ahead_[i].on_body = false;
     if (!ahead_[i].visible) continue;
-    const Vector2d goal_correction = PathCorrection(i);
+    const Vector2d goal_correction = PathCorrection(X_CW, i);
     const Vector2d correction =
         (1.0 - reference_.share) * offset_[i] + reference_.share * goal_correction;
     ahead_[i].image = {ahead->n + correction, ahead->depth};
@@ -568,8 +579,7 @@ ServoLawOptions Servo::LawHere() const noexcept {
 
 // By how much a marker's goal in the image differs from the marker's image by the model, the arm being
 // at the goal's joints.
-Vector2d Servo::PathCorrection(std::size_t marker) const noexcept {
-  const Isometry3d X_CW = X_WC_.inverse();
+Vector2d Servo::PathCorrection(const Isometry3d& X_CW, std::size_t marker) const noexcept {
   const auto modelled = Project(X_CW * (X_WE_goal_ * task_.view.markers[marker].p));
   if (!modelled || !wanted_[marker].visible) return offset_[marker];
   return wanted_[marker].image.n - modelled->n;
@@ -578,7 +588,7 @@ Vector2d Servo::PathCorrection(std::size_t marker) const noexcept {
 HoldReason Servo::Control(Time now) noexcept {
   output_.J_v = ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
   output_.J_r = kinematics_.J_WE_W;
-  const TaskJacobian J_c = output_.J_v.lazyProduct(output_.J_r);
+  const TaskJacobian J_c = CompositeJacobian(output_.J_v, output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
   DecomposeComposite(output_.J_v, output_.J_r, J_c, &composite_);
   const SingularSystem& system = composite_.system;

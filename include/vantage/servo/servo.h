@@ -124,7 +124,8 @@ class Servo {
   [[nodiscard]] HoldReason PredictRows(Time now) noexcept;
   [[nodiscard]] bool PredictPathRows() noexcept;
   [[nodiscard]] ServoLawOptions LawHere() const noexcept;
-  [[nodiscard]] Eigen::Vector2d PathCorrection(std::size_t marker) const noexcept;
+  [[nodiscard]] Eigen::Vector2d PathCorrection(const Eigen::Isometry3d& X_CW,
+                                               std::size_t marker) const noexcept;
   [[nodiscard]] FeatureVector ErrorRate(const FeatureRows& target) noexcept;
   [[nodiscard]] JointVector SelfMotion() const noexcept;
   [[nodiscard]] double StartEffort(Time now) noexcept;
