@@ -71,10 +71,13 @@ void AddTags(const std::vector<Tag>& tags, Scene* scene) {
     Append(&ink_mesh, black, tag.X_FT);
     scene->bodies.push_back({kToolFrame, std::move(plate), {0.95F, 0.95F, 0.95F}, 0.0F});
     scene->bodies.push_back({kToolFrame, std::move(ink_mesh), {0.04F, 0.04F, 0.04F}, 0.0F});
-    const Vector3d foot = tag.X_FT * X_TP.translation();
-    if (foot.norm() > 0.2 * tag.size) {
+    const Isometry3d X_FP = tag.X_FT * X_TP;
+    if (X_FP.translation().norm() > 0.2 * tag.size) {
+      // The strut's round end stays within the plate.
+      const double strut = 0.08 * tag.size;
+      const Vector3d foot = X_FP * Vector3d(0.0, 0.0, -strut);
       scene->bodies.push_back({kToolFrame,
-                               CapsuleMesh(Vector3d::Zero(), foot, 0.08 * tag.size, 10),
+                               CapsuleMesh(Vector3d::Zero(), foot, strut, 10),
                                {0.24F, 0.26F, 0.29F},
                                0.15F});
     }

@@ -13,6 +13,24 @@ using Eigen::Vector3f;
 // Rasterisers round to a grid of 1/256 px: a triangle may grow by as much [px].
 constexpr float kSnap = 1.0F / 64.0F;
 
+// Most occluders in use at a time: the next one costs more than the triangles that it hides.
+constexpr std::size_t kMaxOccluders = 12;
+
+// A step of a depth of 24 bits is this, in units of Z² over the near distance; doubled for single precision.
+constexpr double kDepthStep = 2.0 / (1 << 24);
+
+// Whether two spheres may overlap in the image: an angle between their centres not more than their radii's sum.
+bool MeetInImage(const Vector3d& a_C, double a_radius, const Vector3d& b_C, double b_radius) {
+  const double a = a_C.norm();
+  const double b = b_C.norm();
+  if (a <= a_radius || b <= b_radius) return true;
+  // cos of the sum of the two half angles, from their sines.
+  const double sin_a = a_radius / a;
+  const double sin_b = b_radius / b;
+  const double cos_sum = std::sqrt((1.0 - sin_a * sin_a) * (1.0 - sin_b * sin_b)) - sin_a * sin_b;
+  return a_C.dot(b_C) >= cos_sum * a * b;
+}
+
 float Luminance(const Vector3f& colour) {
   return colour.dot(Vector3f(0.2126F, 0.7152F, 0.0722F));
 }
@@ -31,6 +49,7 @@ VisibleTriangles::VisibleTriangles(const std::vector<Body>& bodies, const Light&
     mesh.first_triangle = static_cast<std::uint32_t>(plane_d_.size());
     mesh.vertices = static_cast<std::uint32_t>(body.mesh.vertices.size());
     mesh.triangles = static_cast<std::uint32_t>(body.mesh.triangles());
+    mesh.occluders = FindOccluders(body.mesh);
     for (const Vector3f& p : body.mesh.vertices) {
       x_.push_back(p.x());
       y_.push_back(p.y());
@@ -59,6 +78,7 @@ VisibleTriangles::VisibleTriangles(const std::vector<Body>& bodies, const Light&
   ray_x_.resize(x_.size());
   ray_y_.resize(x_.size());
   facing_.resize(plane_d_.size());
+  hidden_.resize(x_.size());
 }
 
 void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
@@ -76,6 +96,87 @@ void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
     PlaceVertices(mesh, X_CB, X_WB.linear().transpose() * light_W, X_WB.linear().row(2).transpose(),
                   vertices);
     FindFacing(mesh, X_CB.inverse().translation());
+  }
+  HideBehindParts(X_CW, state);
+}
+
+// Occluders are used that a rasteriser's rounding, of pixels and of depths, cannot reach past.
+void VisibleTriangles::FindOccludersInUse(const Isometry3d& X_CW, const SceneState& state) {
+  occluders_.clear();
+  if (bent_) return;  // Images of edges are not straight there, and those of a mesh's edges are.
+  for (const Mesh& mesh : meshes_) {
+    if (!mesh.placed || mesh.crosses_near) continue;
+    const Isometry3d X_CB = X_CW * FramePose(state, mesh.frame);
+    for (const Ellipsoid& ellipsoid : mesh.occluders) {
+      const Vector3d centre_C = X_CB * ellipsoid.centre;
+      const Vector3d& s = ellipsoid.semi_axes;
+      const double far = centre_C.norm() + s.maxCoeff();
+      const double margin = kOccluderMargin * s.minCoeff();
+      const double pixel = far / std::min(camera_.fx, camera_.fy);
+      const double depth_step = far * far / near_ * kDepthStep;
+      if (margin < std::max(kSnap * pixel, depth_step)) continue;
+      const Eigen::Matrix3d to_unit_C =
+          X_CB.linear() * ellipsoid.to_unit * X_CB.linear().transpose();
+      // Area of the shadow on a plane across the ray to the centre.
+      const Vector3d across = X_CB.linear().transpose() * centre_C.normalized();
+      const double area = s.prod() * (ellipsoid.to_unit * across).norm();
+      occluders_.push_back({area / centre_C.squaredNorm(), centre_C, s.maxCoeff(), to_unit_C});
+    }
+  }
+  const std::size_t used = std::min(kMaxOccluders, occluders_.size());
+  std::partial_sort(occluders_.begin(), occluders_.begin() + static_cast<std::ptrdiff_t>(used),
+                    occluders_.end(),
+                    [](const SeenOccluder& a, const SeenOccluder& b) { return a.size > b.size; });
+  occluders_.resize(used);
+}
+
+void VisibleTriangles::HideBehindParts(const Isometry3d& X_CW, const SceneState& state) {
+  FindOccludersInUse(X_CW, state);
+  for (const Mesh& mesh : meshes_) {
+    if (!mesh.placed) continue;
+    std::fill_n(hidden_.begin() + mesh.first_vertex, mesh.vertices, 0U);
+    if (mesh.crosses_near) continue;
+    const Isometry3d X_CB = X_CW * FramePose(state, mesh.frame);
+    for (std::size_t k = 0; k < occluders_.size(); ++k) {
+      const SeenOccluder& occluder = occluders_[k];
+      if (mesh.centre_C.norm() + mesh.bound.radius < occluder.centre_C.norm() - occluder.reach)
+        continue;
+      if (!MeetInImage(mesh.centre_C, mesh.bound.radius, occluder.centre_C, occluder.reach))
+        continue;
+      HideVertices(mesh, X_CB, occluder, 1U << k);
+    }
+  }
+}
+
+// Where the segment from the camera to a vertex meets the occluder: in the space where that is the unit sphere.
+void VisibleTriangles::HideVertices(const Mesh& mesh, const Isometry3d& X_CB,
+                                    const SeenOccluder& occluder, std::uint32_t bit) {
+  const Eigen::Vector3f e = (-occluder.to_unit_C * occluder.centre_C).cast<float>();
+  const float e2 = e.squaredNorm();
+  const float c = e2 - 1.0F;
+  if (!(c > 0.0F)) return;
+  // The way from the camera to the vertex.
+  const Eigen::Matrix3f D = (occluder.to_unit_C * X_CB.linear()).cast<float>();
+  const Vector3f t = (occluder.to_unit_C * X_CB.translation()).cast<float>();
+  const float d00 = D(0, 0), d01 = D(0, 1), d02 = D(0, 2), tx = t.x(), ex = e.x();
+  const float d10 = D(1, 0), d11 = D(1, 1), d12 = D(1, 2), ty = t.y(), ey = e.y();
+  const float d20 = D(2, 0), d21 = D(2, 1), d22 = D(2, 2), tz = t.z(), ez = e.z();
+  const float* const x = x_.data() + mesh.first_vertex;
+  const float* const y = y_.data() + mesh.first_vertex;
+  const float* const z = z_.data() + mesh.first_vertex;
+  std::uint32_t* const hidden = hidden_.data() + mesh.first_vertex;
+  const int count = static_cast<int>(mesh.vertices);
+#pragma omp simd
+  for (int i = 0; i < count; ++i) {
+    const float dx = d00 * x[i] + d01 * y[i] + d02 * z[i] + tx;
+    const float dy = d10 * x[i] + d11 * y[i] + d12 * z[i] + ty;
+    const float dz = d20 * x[i] + d21 * y[i] + d22 * z[i] + tz;
+    const float a = dx * dx + dy * dy + dz * dz;
+    const float b = -(ex * dx + ey * dy + ez * dz);
+    // The line meets the sphere, on the camera's near side, and the vertex lies beyond the nearest point or in it.
+    const bool line = b * b >= a * c;
+    const bool beyond = (a >= b) | (a - 2.0F * b + e2 <= 1.0F);
+    hidden[i] |= ((b > 0.0F) & line & beyond) ? bit : 0U;
   }
 }
 
@@ -155,6 +256,7 @@ void VisibleTriangles::Select(const RayBounds& bounds, std::vector<std::uint32_t
     for (std::uint32_t t = mesh.first_triangle; t < mesh.first_triangle + mesh.triangles; ++t) {
       if (facing_[t] == 0) continue;
       const std::uint32_t* const corner = corners_.data() + std::size_t{3} * t;
+      if ((hidden_[corner[0]] & hidden_[corner[1]] & hidden_[corner[2]]) != 0) continue;
       if (!mesh.crosses_near) {
         const float ax = ray_x_[corner[0]], bx = ray_x_[corner[1]], cx = ray_x_[corner[2]];
         const float ay = ray_y_[corner[0]], by = ray_y_[corner[1]], cy = ray_y_[corner[2]];

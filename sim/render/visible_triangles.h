@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "sim/render/occluders.h"
 #include "sim/render/ray_bounds.h"
 #include "sim/render/scene.h"
 
@@ -37,7 +38,8 @@ class VisibleTriangles {
              const std::vector<RayBounds>& bounds, LitVertex* vertices);
 
   /// Triangles of the placed bodies that face the camera and may cover a pixel centre within the bounds,
-  /// in the bodies' order: three indices of vertices each. None that does is left out.
+  /// in the bodies' order: three indices of vertices each. None that shows is left out; many of those that
+  /// are hidden wholly behind one convex part of a body are.
   /// @param bounds   One of those given to Place().
   /// @param indices  Replaced; its capacity is kept.
   void Select(const RayBounds& bounds, std::vector<std::uint32_t>* indices) const;
@@ -50,14 +52,27 @@ class VisibleTriangles {
     BoundingSphere bound;
     std::uint32_t first_vertex{0}, first_triangle{0};
     std::uint32_t vertices{0}, triangles{0};
+    std::vector<Ellipsoid> occluders;
     bool placed{false};
     bool crosses_near{false};  // May reach the plane through the camera: no rays to its vertices.
     Eigen::Vector3d centre_C{Eigen::Vector3d::Zero()};
   };
 
+  // An occluder as it is seen.
+  struct SeenOccluder {
+    double size;  // In the image [rad^2].
+    Eigen::Vector3d centre_C;
+    double reach;               // Longest semi-axis [m].
+    Eigen::Matrix3d to_unit_C;  // In C's axes [1/m].
+  };
+
   void PlaceVertices(const Mesh& mesh, const Eigen::Isometry3d& X_CB,
                      const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
                      LitVertex* vertices);
+  void FindOccludersInUse(const Eigen::Isometry3d& X_CW, const SceneState& state);
+  void HideVertices(const Mesh& mesh, const Eigen::Isometry3d& X_CB, const SeenOccluder& occluder,
+                    std::uint32_t bit);
+  void HideBehindParts(const Eigen::Isometry3d& X_CW, const SceneState& state);
   void FindFacing(const Mesh& mesh, const Eigen::Vector3d& eye_B);
 
   CameraModel camera_;
@@ -73,7 +88,9 @@ class VisibleTriangles {
 
   // As seen now.
   std::vector<float> ray_x_, ray_y_;
-  std::vector<std::uint8_t> facing_;  // Of each triangle.
+  std::vector<std::uint8_t> facing_;   // Of each triangle.
+  std::vector<std::uint32_t> hidden_;  // Of each vertex: one bit for each of the occluders in use.
+  std::vector<SeenOccluder> occluders_;  // In use.
 };
 
 }  // namespace vantage::sim

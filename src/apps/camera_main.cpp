@@ -1,9 +1,13 @@
 // vantage-camera SCENARIO --source SOURCE: a real camera, or a recording, in the place of the simulator's
 // camera: finds the scenario's markers and publishes IMAGE_FEATURES and CAMERA_IMAGE.
 
+#include <algorithm>
 #include <atomic>
+#include <future>
 #include <iostream>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "app.h"
@@ -29,7 +33,9 @@ namespace {
 constexpr double kUsualRate = 30.0;  // Of files that do not say [1/s].
 constexpr double kSlow = 0.8;        // Of the expected rate.
 constexpr double kRateWindow = 2.0;  // [s].
+constexpr double kStall = 1.0;       // An image that comes later than this is missed [s].
 constexpr Duration kRetry = std::chrono::milliseconds(500);
+constexpr Duration kLook = std::chrono::milliseconds(50);  // How soon a stop is seen.
 
 struct Arguments {
   std::string scenario = kDefaultScenario;
@@ -162,13 +168,29 @@ class RateWatch {
   bool slow_{false};
 };
 
+/// Calls f on a thread of its own. Drivers may hang, and nothing frees a thread that does: it is left behind,
+/// so f shares what it uses.
+template <typename F>
+[[nodiscard]] auto CallBeside(F f) {
+  std::packaged_task<std::invoke_result_t<F>()> task(std::move(f));
+  auto result = task.get_future();
+  std::thread(std::move(task)).detach();
+  return result;
+}
+
+/// One attempt to take an image, and what came of it.
+struct Shot {
+  GrabStatus status{GrabStatus::kNoImage};
+  GreyImage image;
+  Time exposure{};
+};
+
 class CameraProgram {
  public:
   CameraProgram(const Arguments& arguments, Scenario scenario)
       : arguments_(arguments),
         scenario_(std::move(scenario)),
         goal_markers_(BelievedGoalMarkers(scenario_)),
-        source_(OpenVideo(arguments.source, arguments.video)),
         tracker_(camera(), scenario_.vision),
         transport_(JoinTransport()),
         link_({transport_.url, arguments.prefix}),
@@ -176,35 +198,39 @@ class CameraProgram {
 
   int Run() {
     if (!transport_.explanation.empty()) std::cerr << transport_.explanation << '\n';
+    asked_ = Clock::now();
+    auto opened = Await(CallBeside([source = arguments_.source, video = arguments_.video] {
+      return OpenVideo(source, video);
+    }));
+    if (!opened) return ExitCode();
+    source_ = *std::move(opened);
     link_.Start();
     Say(source_->description() + ", " + scenario_.name + ", on " + transport_.url);
     PicturePublisher pictures(arguments_.image_rate, &link_);
     const double rate = ExpectedRate();
+    if (rate > 0.0) period_ = 1.0 / rate;
     RateWatch watch(source_->description(), arguments_.fast ? 0.0 : rate);
     Time next = Clock::now();
     while (!stop_.stopped()) {
       if (source_->is_file() && !arguments_.fast) {
         SleepUntil(next);
-        next += FromSeconds(1.0 / rate);
+        next += FromSeconds(period_);
       }
-      Time exposure;
-      const GrabStatus status = source_->Grab(&image_, &exposure);
+      const GrabStatus status = NextImage();
       if (status == GrabStatus::kEndOfFile) {
         Say("end of " + source_->description() + " after " + Counts());
         return kExitOk;
       }
-      if (status == GrabStatus::kNoImage) {
-        if (!WaitForDevice()) return kExitFailure;
-        watch.Reset();
-        continue;
-      }
+      if (status == GrabStatus::kNoImage) break;
+      if (missed_) watch.Reset();
+      missed_ = false;
       CheckSize();
-      Publish(exposure);
-      pictures.Show(image_, exposure);
+      Publish(shot_.exposure);
+      pictures.Show(shot_.image, shot_.exposure);
       watch.Count(Clock::now());
     }
-    Say("stopped after " + Counts());
-    return kExitOk;
+    if (stop_.stopped()) Say("stopped after " + Counts());
+    return ExitCode();
   }
 
  private:
@@ -222,10 +248,11 @@ class CameraProgram {
   }
 
   void CheckSize() const {
-    if (image_.width == camera().width && image_.height == camera().height) return;
+    if (shot_.image.width == camera().width && shot_.image.height == camera().height) return;
     throw ConfigError("", "camera",
-                      source_->description() + " gives images of " + std::to_string(image_.width) +
-                          "x" + std::to_string(image_.height) + " px, the scenario's camera has " +
+                      source_->description() + " gives images of " +
+                          std::to_string(shot_.image.width) + "x" +
+                          std::to_string(shot_.image.height) + " px, the scenario's camera has " +
                           std::to_string(camera().width) + "x" + std::to_string(camera().height) +
                           ": ask the device for it (--width, --height) or give its calibration");
   }
@@ -238,7 +265,7 @@ class CameraProgram {
         X_CW * EndEffectorPose(view.arm, surroundings_.JointsAt(exposure));
     PredictMarkers(view.camera, X_CW, X_CE, view.markers, goal_markers_, &predictions_);
     bool complete = true;
-    for (const MarkerDetection& d : tracker_.Track(View(image_), predictions_, exposure)) {
+    for (const MarkerDetection& d : tracker_.Track(View(shot_.image), predictions_, exposure)) {
       complete = complete && (d.valid() || d.fault == MarkerFault::kNotExpected);
     }
     tracker_.Publish(&features_);
@@ -253,32 +280,84 @@ class CameraProgram {
     }
   }
 
-  // A device that gives nothing: it is opened again until it answers or the time is up.
-  bool WaitForDevice() {
-    Say("no image from " + source_->description() + " after " + Counts() +
-        ": unplugged? Trying again for " + Rounded(arguments_.give_up) + " s");
-    const Time end = Clock::now() + FromSeconds(arguments_.give_up);
-    while (!stop_.stopped() && Clock::now() < end) {
-      if (source_->Reopen()) {
-        Say(source_->description() + " is back");
-        return true;
-      }
-      (void)stop_.WaitFor(kRetry);
+  [[nodiscard]] int ExitCode() const { return stop_.stopped() ? kExitOk : kExitFailure; }
+
+  // Waits for the next image, and for a device that is gone until it is back. kNoImage when the user or
+  // --give-up ended that.
+  GrabStatus NextImage() {
+    asked_ = Clock::now();
+    for (;;) {
+      auto shot = Await(CallBeside([source = source_, shot = std::move(shot_)]() mutable {
+        shot.status = source->Grab(&shot.image, &shot.exposure);
+        return std::move(shot);
+      }));
+      if (!shot) return GrabStatus::kNoImage;
+      shot_ = *std::move(shot);
+      if (shot_.status != GrabStatus::kNoImage) break;
+      Miss("unplugged?");
+      if (!WaitForDevice()) return GrabStatus::kNoImage;
     }
-    if (!stop_.stopped()) Say(source_->description() + " is gone: giving up");
-    return stop_.stopped();
+    if (missed_ && shot_.status == GrabStatus::kImage) {
+      Say(source_->description() + " is back after " + Rounded(Waited()) + " s");
+    }
+    return shot_.status;
+  }
+
+  // Opens the device again and again.
+  bool WaitForDevice() {
+    while (!stop_.WaitFor(kRetry)) {
+      const auto open = Await(CallBeside([source = source_] { return source->Reopen(); }));
+      if (!open) return false;
+      if (*open) return true;
+      if (GivesUp()) return false;
+    }
+    return false;
+  }
+
+  // The result of a call of the source; nullopt when the user or --give-up ended the wait for it.
+  template <typename R>
+  std::optional<R> Await(std::future<R> result) {
+    while (result.wait_for(kLook) != std::future_status::ready) {
+      if (stop_.stopped() || GivesUp()) return std::nullopt;
+      if (Waited() > period_ + kStall) Miss("stalled?");
+    }
+    return result.get();
+  }
+
+  [[nodiscard]] double Patience() const { return std::max(kStall, arguments_.give_up); }
+  [[nodiscard]] double Waited() const { return ToSeconds(Clock::now() - asked_); }
+
+  [[nodiscard]] std::string SourceName() const {
+    return source_ ? source_->description() : arguments_.source;
+  }
+
+  // Says so once for each image that is missed.
+  void Miss(const char* guess) {
+    if (missed_) return;
+    missed_ = true;
+    Say("no image from " + SourceName() + " after " + Counts() + ": " + guess + " Waiting for " +
+        Rounded(Patience()) + " s");
+  }
+
+  [[nodiscard]] bool GivesUp() const {
+    if (Waited() < period_ + Patience()) return false;
+    Say(SourceName() + " is gone: giving up after " + Counts());
+    return true;
   }
 
   Arguments arguments_;
   Scenario scenario_;
   std::vector<Marker> goal_markers_;
   SignalStop stop_;
-  std::unique_ptr<CameraSource> source_;
+  std::shared_ptr<CameraSource> source_;  // Null until it is open.
   MarkerTracker tracker_;
   Transport transport_;
   LcmLink link_;
   Surroundings surroundings_;
-  GreyImage image_;
+  Shot shot_;
+  double period_{0.0};  // Between images, where it is known [s].
+  Time asked_{};        // Since when the next image is waited for.
+  bool missed_{false};  // It should have come by now.
   std::vector<MarkerPrediction> predictions_;
   ImageFeatures features_;
   std::int64_t images_{0};
@@ -321,8 +400,9 @@ int main(int argc, char** argv) {
   app.add_option("--image-rate", arguments.image_rate, "CAMERA_IMAGE messages [1/s]; 0: none")
       ->check(CLI::Range(0.0, 30.0))
       ->capture_default_str();
-  app.add_option("--give-up", arguments.give_up,
-                 "A device that is gone is waited for this long [s]")
+  app.add_option(
+         "--give-up", arguments.give_up,
+         "A device that is gone, or gives no images, is waited for this long, but at least 1 s [s]")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   return vantage::RunApp(&app, argc, argv, "", [&] {

@@ -11,7 +11,7 @@
 namespace vantage {
 namespace {
 
-enum class Kind { kDevice, kPipeline, kStream, kSequence, kFile };
+enum class Kind { kDevice, kPipeline, kStream, kNamedPipe, kSequence, kFile };
 
 Kind KindOf(const std::string& source) {
   const bool number =
@@ -20,7 +20,9 @@ Kind KindOf(const std::string& source) {
   if (number || source.rfind("/dev/", 0) == 0) return Kind::kDevice;
   if (source.find(" ! ") != std::string::npos) return Kind::kPipeline;
   if (source.find("://") != std::string::npos) return Kind::kStream;
-  return source.find('%') != std::string::npos ? Kind::kSequence : Kind::kFile;
+  if (source.find('%') != std::string::npos) return Kind::kSequence;
+  std::error_code error;
+  return std::filesystem::is_fifo(source, error) ? Kind::kNamedPipe : Kind::kFile;
 }
 
 class Video : public CameraSource {
@@ -42,7 +44,8 @@ class Video : public CameraSource {
       if (kind_ == Kind::kPipeline) {
         reason += " (does it end in '! appsink', and is OpenCV built with GStreamer?)";
       }
-      if (kind_ == Kind::kFile) reason += " (a video that OpenCV's FFmpeg can read?)";
+      if (kind_ == Kind::kFile || kind_ == Kind::kNamedPipe)
+        reason += " (a video that OpenCV's FFmpeg can read?)";
       if (kind_ == Kind::kSequence) reason += " (no image of that name pattern)";
       throw ConfigError("", "source", reason);
     }
@@ -58,7 +61,11 @@ class Video : public CameraSource {
     } catch (const cv::Exception&) {
       grabbed = false;
     }
-    if (!grabbed) return is_file() ? GrabStatus::kEndOfFile : GrabStatus::kNoImage;
+    if (!grabbed) {
+      // Let go of it: a device that is held while it is plugged in again comes back under another name.
+      capture_.release();
+      return is_file() ? GrabStatus::kEndOfFile : GrabStatus::kNoImage;
+    }
     image->Resize(frame_.cols, frame_.rows);
     cv::Mat grey(image->height, image->width, CV_8U, image->pixels.data());
     switch (frame_.type()) {
@@ -98,6 +105,8 @@ class Video : public CameraSource {
         return "pipeline '" + source_ + "'";
       case Kind::kStream:
         return "stream " + source_;
+      case Kind::kNamedPipe:
+        return "named pipe " + source_;
       case Kind::kSequence:
         return "image sequence " + source_;
       case Kind::kFile:
@@ -129,6 +138,7 @@ class Video : public CameraSource {
           capture_.open(source_, cv::CAP_IMAGES);
           break;
         case Kind::kStream:
+        case Kind::kNamedPipe:
         case Kind::kFile:
           capture_.open(source_);
           break;

@@ -1,14 +1,22 @@
-// vantage-camera as a process: a recorded still cell on the built-in hub.
+// vantage-camera as a process: a recorded still cell on the built-in hub, and a named pipe as the camera that
+// is slow, hangs or is unplugged.
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <sstream>
+#include <thread>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "any_port.h"
+#include "becomes_true.h"
+#include "contains.h"
 #include "sim/world.h"
 #include "temporary_folder.h"
 #include "vantage/messaging/lcm_link.h"
@@ -34,19 +42,33 @@ class Camera {
     link_.Start();
   }
 
-  /// Exit code and what was printed.
-  std::pair<int, std::string> Run(std::vector<std::string> arguments) {
-    const std::string log = (folder_.path() / "log.txt").string();
+  [[nodiscard]] ChildProcess Start(const std::vector<std::string>& arguments) {
     ChildOptions options;
     options.arguments = {std::string(VANTAGE_BIN) + "/vantage-camera"};
     options.arguments.insert(options.arguments.end(), arguments.begin(), arguments.end());
     options.environment["LCM_DEFAULT_URL"] = hub_.url();
-    options.output = log;
-    ChildProcess child(options);
-    const auto status = child.WaitFor(std::chrono::seconds(60));
+    options.output = log();
+    return ChildProcess(options);
+  }
+
+  /// Exit code and what was printed.
+  std::pair<int, std::string> Run(const std::vector<std::string>& arguments) {
+    ChildProcess child = Start(arguments);
+    return End(&child);
+  }
+  std::pair<int, std::string> End(ChildProcess* child) {
+    const auto status = child->WaitFor(std::chrono::seconds(60));
+    return {status ? status->code : -1, text()};
+  }
+
+  /// What was printed so far.
+  [[nodiscard]] std::string text() const {
     std::ostringstream text;
-    text << std::ifstream(log).rdbuf();
-    return {status ? status->code : -1, text.str()};
+    text << std::ifstream(log()).rdbuf();
+    return text.str();
+  }
+  [[nodiscard]] bool Says(const std::string& part) const {
+    return test::BecomesTrue([&] { return test::Contains(text(), part); });
   }
 
   [[nodiscard]] std::vector<ImageFeatures> features() const {
@@ -56,6 +78,8 @@ class Camera {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
 
  private:
+  [[nodiscard]] std::string log() const { return (folder_.path() / "log.txt").string(); }
+
   test::TemporaryFolder folder_;
   TcpHub hub_;
   mutable std::mutex mutex_;
@@ -70,6 +94,132 @@ GreyImage StillOf(const Scenario& scenario) {
   GreyImage image;
   renderer.RenderGrey(view.X_WC, view.scene, &image);
   return image;
+}
+
+constexpr double kDeviceRate = 30.0;  // As the device says itself [1/s].
+
+/// A camera that anything can be done to: a video written to a named pipe.
+class CameraDevice : public ::testing::Test {
+ protected:
+  CameraDevice() : path_((camera_.folder() / "device").string()) {
+    std::signal(SIGPIPE, SIG_IGN);
+    EXPECT_EQ(::mkfifo(path_.c_str(), 0600), 0);
+  }
+  ~CameraDevice() override { Unplug(); }
+
+  [[nodiscard]] ChildProcess Start(const std::string& give_up) {
+    return camera_.Start(
+        {"planar-good-view", "--source", path_, "--image-rate", "0", "--give-up", give_up});
+  }
+
+  // Once the program listens.
+  void PlugIn() {
+    device_ = ::open(path_.c_str(), O_WRONLY);
+    ASSERT_GE(device_, 0);
+    Write("YUV4MPEG2 W" + std::to_string(still_.width) + " H" + std::to_string(still_.height) +
+          " F" + std::to_string(static_cast<int>(kDeviceRate)) + ":1 Ip Cmono\n");
+  }
+  void Play(int images, double rate = kDeviceRate) {
+    for (int i = 0; i < images; ++i) {
+      Write("FRAME\n" + std::string(still_.pixels.begin(), still_.pixels.end()));
+      std::this_thread::sleep_for(std::chrono::duration<double>(1.0 / rate));
+    }
+  }
+  void Unplug() {
+    if (device_ >= 0) ::close(device_);
+    device_ = -1;
+  }
+
+  Camera camera_;
+
+ private:
+  void Write(const std::string& bytes) const {
+    for (std::size_t done = 0; done < bytes.size();) {
+      const ssize_t n = ::write(device_, bytes.data() + done, bytes.size() - done);
+      ASSERT_GT(n, 0) << camera_.text();
+      done += static_cast<std::size_t>(n);
+    }
+  }
+
+  std::string path_;
+  GreyImage still_ = StillOf(LoadScenario("planar-good-view"));
+  int device_{-1};
+};
+
+TEST_F(CameraDevice, ThatIsSlowIsNamedAndGoesOn) {
+  ChildProcess program = Start("10");
+  PlugIn();
+  Play(32, 12.0);
+  EXPECT_TRUE(camera_.Says("device is slow: ")) << camera_.text();
+  EXPECT_TRUE(camera_.Says(" images/s of 30.0")) << camera_.text();
+  program.Signal(SIGTERM);
+  const auto [code, text] = camera_.End(&program);
+  EXPECT_EQ(code, 0) << text;
+  EXPECT_TRUE(test::Contains(text, "stopped after ")) << text;
+  EXPECT_FALSE(test::Contains(text, "no image from")) << text;
+}
+
+TEST_F(CameraDevice, ThatStallsIsNamedAndGoesOn) {
+  ChildProcess program = Start("30");
+  PlugIn();
+  Play(5);
+  EXPECT_TRUE(
+      camera_.Says("after 5 images, 5 of them with every marker that could be seen: stalled? "
+                   "Waiting for 30.0 s"))
+      << camera_.text();
+  Play(5);
+  EXPECT_TRUE(camera_.Says("device is back after ")) << camera_.text();
+  // It hangs again, and the program ends all the same when told to.
+  program.Signal(SIGTERM);
+  const auto [code, text] = camera_.End(&program);
+  EXPECT_EQ(code, 0) << text;
+  EXPECT_TRUE(test::Contains(text, "stopped after ")) << text;
+}
+
+TEST_F(CameraDevice, ThatHangsForGoodEndsTheProgram) {
+  ChildProcess program = Start("1.5");
+  PlugIn();
+  Play(5);
+  const auto [code, text] = camera_.End(&program);
+  EXPECT_EQ(code, 3) << text;
+  EXPECT_TRUE(test::Contains(text, "stalled?")) << text;
+  EXPECT_TRUE(test::Contains(text, "device is gone: giving up after 5 images")) << text;
+}
+
+TEST_F(CameraDevice, ThatIsUnpluggedIsTakenUpAgain) {
+  ChildProcess program = Start("30");
+  PlugIn();
+  Play(5);
+  Unplug();
+  EXPECT_TRUE(
+      camera_.Says("after 5 images, 5 of them with every marker that could be seen: "
+                   "unplugged? Waiting for 30.0 s"))
+      << camera_.text();
+  PlugIn();
+  Play(5);
+  EXPECT_TRUE(camera_.Says("device is back after ")) << camera_.text();
+  program.Signal(SIGTERM);
+  const auto [code, text] = camera_.End(&program);
+  EXPECT_EQ(code, 0) << text;
+  EXPECT_TRUE(test::Contains(text, "stopped after ")) << text;
+}
+
+TEST_F(CameraDevice, ThatIsUnpluggedForGoodEndsTheProgram) {
+  ChildProcess program = Start("1");
+  PlugIn();
+  Play(5);
+  Unplug();
+  const auto [code, text] = camera_.End(&program);
+  EXPECT_EQ(code, 3) << text;
+  EXPECT_TRUE(test::Contains(text, "unplugged?")) << text;
+  EXPECT_TRUE(test::Contains(text, "device is gone: giving up after 5 images")) << text;
+}
+
+TEST_F(CameraDevice, ThatNeverAnswersEndsTheProgram) {
+  ChildProcess program = Start("1");
+  const auto [code, text] = camera_.End(&program);
+  EXPECT_EQ(code, 3) << text;
+  EXPECT_TRUE(test::Contains(text, "device is gone: giving up after 0 images")) << text;
 }
 
 TEST(CameraProgram, PlaysASequenceToItsEndAndSaysSo) {

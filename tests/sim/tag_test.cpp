@@ -1,5 +1,6 @@
 // AprilTags as they are drawn, through ViSP's detector.
 
+#include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -102,6 +103,21 @@ TEST(RenderedTags, AreFollowedByTheTrackerAndRefusedFarFromTheirPlace) {
   for (const MarkerDetection& d : far_off.Track(View(image), predictions, Time{})) {
     EXPECT_FALSE(d.valid());
   }
+}
+
+// The strut that holds the plate does not come out of its face.
+TEST(RenderedTags, ShowNothingButPaperAndInkFromTheirFront) {
+  Tag tag = MakeTag(7);
+  tag.X_FT.translation().z() = 0.03;
+  Scene scene;
+  scene.floor.visible = false;
+  AddTags({tag}, &scene);
+  ASSERT_EQ(scene.bodies.size(), 3U);  // Plate, ink, strut.
+  Renderer renderer = test::MakeRenderer(test::Camera(), scene);
+  IdImage ids;
+  renderer.RenderIds(test::LookAt({0.1, 0.05, 0.6}, Vector3d::Zero()), {}, &ids);
+  EXPECT_GT(std::count(ids.pixels.begin(), ids.pixels.end(), kIdBody + 1), 1000);
+  EXPECT_EQ(std::count(ids.pixels.begin(), ids.pixels.end(), kIdBody + 2), 0);
 }
 
 TEST(RenderedTags, OfNoFamilyAreRefused) {

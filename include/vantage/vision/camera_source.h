@@ -59,9 +59,11 @@ struct VideoOptions {
 /// - "rtsp://..." and other addresses with "://": a stream;
 /// - text with " ! ": a GStreamer pipeline that ends in "! appsink";
 /// - a name with "%": a sequence of images, "frames/%05d.png";
+/// - a named pipe: a live video that another program writes to it;
 /// - anything else: a video file.
 ///
-/// Throws ConfigError (key "source") when it cannot be opened.
+/// Throws ConfigError (key "source") when it cannot be opened. A named pipe is waited for until it has a
+/// writer.
 [[nodiscard]] std::unique_ptr<CameraSource> OpenVideo(const std::string& source,
                                                       const VideoOptions& options = {});
 
