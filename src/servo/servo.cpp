@@ -345,7 +345,7 @@ void Servo::UseImage() noexcept {
 // effector at joints that are read as q.
 Isometry3d Servo::UpdateCalibration(const JointVector& q) noexcept {
   const ViewModel& view = task_.view;
-  const Isometry3d X_WEBefore = EndEffectorPose(view.arm, q - calibration_.joint_bias());
+  Isometry3d X_WEBefore = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const Isometry3d X_WCBefore = features_.X_WC * calibration_.X_CTrue();
   const Isometry3d X_CWBefore = X_WCBefore.inverse();
   const CameraModel before = camera_;
@@ -373,7 +373,7 @@ Isometry3d Servo::UpdateCalibration(const JointVector& q) noexcept {
       X_CTrue.translation().norm(), Eigen::AngleAxisd(X_CTrue.linear()).angle(),
       calibration_.focal_factor() - 1.0, calibration_.joint_bias().lpNorm<Eigen::Infinity>()};
   camera_ = WithFocalFactor(view.camera, calibration_.focal_factor());
-  const Isometry3d X_WE = EndEffectorPose(view.arm, q - calibration_.joint_bias());
+  Isometry3d X_WE = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const auto shift = [&](int id, const Vector3d& p_WBefore, const Vector3d& p_W, Vector2d* offset) {
     const MarkerMeasurement* measured = features_.Find(id);
     const auto at_before = Project(X_CWBefore * p_WBefore);
