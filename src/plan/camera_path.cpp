@@ -854,15 +854,25 @@ struct Rounds {
   int first, end, all;
 };
 
+// How far apart nodes may lie, as a share of the window, and how many axes a round moves when it moves each alone.
+struct Reshaping {
+  int parts, axes;
+};
+constexpr Reshaping kOfPath{4, 3};
+// With few rounds short waves of few moves gain most for their time.
+constexpr Reshaping kOfWindow{8, 2};
+
 // Long waves first, then ever shorter ones, over and over with smaller steps.
 constexpr std::array<int, 6> kSpacing{32, 16, 8, 4, 2, 1};
-Tube::Round RoundOf(const Window& window, int free_axes, int round, double share) {
+Tube::Round RoundOf(const Window& window, const Reshaping& by, int free_axes, int round,
+                    double share) {
   constexpr double kFirstStep = 0.5, kLastStep = 0.1;
   const auto waves = static_cast<int>(kSpacing.size());
   Tube::Round of;
   of.window = window;
-  of.moves = round / waves % 2 == 0 ? AlongAxes(free_axes, 3, round) : OverPair(free_axes, round);
-  of.spacing = std::min(kSpacing[round % waves], std::max(1, window.count / 4));
+  of.moves =
+      round / waves % 2 == 0 ? AlongAxes(free_axes, by.axes, round) : OverPair(free_axes, round);
+  of.spacing = std::min(kSpacing[round % waves], std::max(1, window.count / by.parts));
   of.offset = 1 + (round * 7919) % of.spacing;
   of.step = kFirstStep * std::pow(kLastStep / kFirstStep, share);
   return of;
@@ -885,7 +895,7 @@ void RefineFreely(const PlacementModel& model, const SearchSpace& space, const R
   const double mean = std::abs(worth) / motion.size();
   for (int r = rounds.first; r < rounds.end; ++r) {
     const double share = ShareOf(rounds, r);
-    Tube::Round round = RoundOf({0, motion.size(), false}, space.size(), r, share);
+    Tube::Round round = RoundOf({0, motion.size(), false}, kOfPath, space.size(), r, share);
     if (share < kFree) {
       round.stride = std::clamp(round.spacing / 2, 1, kMostStride);
       round.haste = mean * kFirstPrice * std::pow(kLastPrice / kFirstPrice, share / kFree);
@@ -1000,7 +1010,8 @@ double RefineWindow(const PlacementModel& model, int first, int count, int round
   double now = before;
   for (int r = 0; r < rounds; ++r) {
     const double share = ShareOf({0, rounds, rounds}, r);
-    now = tube.Refine(RoundOf({first, count, hold_first}, space.size(), r, share), &path->q_c)
+    now = tube.Refine(RoundOf({first, count, hold_first}, kOfWindow, space.size(), r, share),
+                      &path->q_c)
               .value_or(now);
   }
   return now - before;

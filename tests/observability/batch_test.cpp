@@ -764,6 +764,27 @@ TEST(BatchObstacles, RefusesWhatDoesNotFit) {
   EXPECT_EQ(refusal(sight, 1, 1.0), "batch.capsules: must have a radius > 0 m, one has 0.000000");
 }
 
+TEST(BatchCameras, TurnedAndMovedIsAsSet) {
+  Generator generator(33);
+  BatchCameras from, turned, expected;
+  const std::vector<Isometry3d> poses{generator.Camera(), generator.Camera()};
+  from.Resize(2);
+  for (int i = 0; i < 2; ++i) from.Set(i, poses[i], 1.0 + i);
+  const std::vector<int> source{1, 0, 1};
+  turned.Turn(from, source);
+  ASSERT_EQ(turned.size(), 3);
+  expected.Resize(3);
+  for (int i = 0; i < 3; ++i) {
+    Isometry3d X_WC = poses[source[i]];
+    X_WC.translation() = generator.Inside(1.0);
+    turned.Move(i, X_WC.translation());
+    expected.Set(i, X_WC, 1.0 + source[i]);
+  }
+  for (int f = 0; f <= 12; ++f) {
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(turned.field(f)[i], expected.field(f)[i]) << f;
+  }
+}
+
 TEST(BatchObstacles, FacingMarginIsPositiveInsideTheCone) {
   Generator generator(32);
   constexpr int kCameras = 40;

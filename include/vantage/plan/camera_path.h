@@ -23,7 +23,7 @@ struct CameraPath {
 /// Settings of the search for a path.
 struct CameraPathSearch {
   int states{800};  ///< Camera coordinates of the finest coarse lattice; >= 2.
-  int rounds{96};   ///< Refinements of the best path in a tube about it.
+  int rounds{120};  ///< Refinements of the best path in a tube about it.
 };
 
 /// A camera path with what it cost to find.
