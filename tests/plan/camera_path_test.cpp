@@ -118,6 +118,20 @@ TEST(CameraPath, IsWorthMoreTheFasterTheCamera) {
   }
 }
 
+// So slow in depth that no state of a lattice can be followed by any: the path from the fixed camera is left.
+TEST(CameraPath, IsFoundWhereNoLatticeHasOne) {
+  PlacementProblem problem = Wide(0.25);
+  problem.rig.axes[0].max_speed = 1e-9;
+  problem.rig.axes[0].upper = 100.0;
+  const PlacementModel model(problem);
+  const PlacementResult fixed = PlaceCamera(model, Quick());
+  ASSERT_TRUE(fixed.best.feasible);
+  const CameraPathResult result = PlanCameraPath(model, fixed.best, Small());
+  EXPECT_EQ(result.path.broken, 0);
+  EXPECT_TRUE(KeepsSpeeds(model, result.path));
+  EXPECT_GE(result.path.value, result.fixed.value);
+}
+
 TEST(CameraPath, AWindowGainsAndLeavesTheRest) {
   const PlacementModel model(Wide(0.25));
   const PlacementResult fixed = PlaceCamera(model, Quick());
