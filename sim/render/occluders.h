@@ -20,7 +20,8 @@ struct Ellipsoid {
 };
 
 /// One ellipsoid within each part of the mesh that is closed and convex; parts that share no corner are
-/// parts of their own. It keeps kOccluderMargin from the faces. Parts that are open or bent inwards, and those of more than 5000 triangles, give none.
+/// parts of their own. It keeps kOccluderMargin from the faces. Parts that are open or bent inwards, and those of
+/// more than 5000 triangles, give none.
 [[nodiscard]] std::vector<Ellipsoid> FindOccluders(const TriangleMesh& mesh);
 
 /// Distance between an occluder and the faces round it, in its shortest semi-axes.

@@ -86,27 +86,27 @@ void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
   const Vector3d light_W = light_.direction_W.cast<double>().normalized();
   for (Mesh& mesh : meshes_) {
     const Isometry3d X_WB = FramePose(state, mesh.frame);
-    const Isometry3d X_CB = X_CW * X_WB;
-    mesh.centre_C = X_CB * mesh.bound.centre;
+    mesh.X_CB = X_CW * X_WB;
+    mesh.centre_C = mesh.X_CB * mesh.bound.centre;
     mesh.placed = std::any_of(bounds.begin(), bounds.end(), [&](const RayBounds& b) {
       return SphereMeets(b, mesh.centre_C, mesh.bound.radius);
     });
     if (!mesh.placed) continue;
     mesh.crosses_near = mesh.centre_C.z() - mesh.bound.radius < 1.01 * near_;
-    PlaceVertices(mesh, X_CB, X_WB.linear().transpose() * light_W, X_WB.linear().row(2).transpose(),
+    PlaceVertices(mesh, X_WB.linear().transpose() * light_W, X_WB.linear().row(2).transpose(),
                   vertices);
-    FindFacing(mesh, X_CB.inverse().translation());
+    FindFacing(mesh, mesh.X_CB.inverse().translation());
   }
-  HideBehindParts(X_CW, state);
+  HideBehindParts();
 }
 
 // Occluders are used that a rasteriser's rounding, of pixels and of depths, cannot reach past.
-void VisibleTriangles::FindOccludersInUse(const Isometry3d& X_CW, const SceneState& state) {
+void VisibleTriangles::FindOccludersInUse() {
   occluders_.clear();
   if (bent_) return;  // Images of edges are not straight there, and those of a mesh's edges are.
   for (const Mesh& mesh : meshes_) {
     if (!mesh.placed || mesh.crosses_near) continue;
-    const Isometry3d X_CB = X_CW * FramePose(state, mesh.frame);
+    const Isometry3d& X_CB = mesh.X_CB;
     for (const Ellipsoid& ellipsoid : mesh.occluders) {
       const Vector3d centre_C = X_CB * ellipsoid.centre;
       const Vector3d& s = ellipsoid.semi_axes;
@@ -130,34 +130,33 @@ void VisibleTriangles::FindOccludersInUse(const Isometry3d& X_CW, const SceneSta
   occluders_.resize(used);
 }
 
-void VisibleTriangles::HideBehindParts(const Isometry3d& X_CW, const SceneState& state) {
-  FindOccludersInUse(X_CW, state);
+void VisibleTriangles::HideBehindParts() {
+  FindOccludersInUse();
   for (const Mesh& mesh : meshes_) {
     if (!mesh.placed) continue;
     std::fill_n(hidden_.begin() + mesh.first_vertex, mesh.vertices, 0U);
     if (mesh.crosses_near) continue;
-    const Isometry3d X_CB = X_CW * FramePose(state, mesh.frame);
     for (std::size_t k = 0; k < occluders_.size(); ++k) {
       const SeenOccluder& occluder = occluders_[k];
       if (mesh.centre_C.norm() + mesh.bound.radius < occluder.centre_C.norm() - occluder.reach)
         continue;
       if (!MeetInImage(mesh.centre_C, mesh.bound.radius, occluder.centre_C, occluder.reach))
         continue;
-      HideVertices(mesh, X_CB, occluder, 1U << k);
+      HideVertices(mesh, occluder, 1U << k);
     }
   }
 }
 
 // Where the segment from the camera to a vertex meets the occluder: in the space where that is the unit sphere.
-void VisibleTriangles::HideVertices(const Mesh& mesh, const Isometry3d& X_CB,
-                                    const SeenOccluder& occluder, std::uint32_t bit) {
+void VisibleTriangles::HideVertices(const Mesh& mesh, const SeenOccluder& occluder,
+                                    std::uint32_t bit) {
   const Eigen::Vector3f e = (-occluder.to_unit_C * occluder.centre_C).cast<float>();
   const float e2 = e.squaredNorm();
   const float c = e2 - 1.0F;
   if (!(c > 0.0F)) return;
   // The way from the camera to the vertex.
-  const Eigen::Matrix3f D = (occluder.to_unit_C * X_CB.linear()).cast<float>();
-  const Vector3f t = (occluder.to_unit_C * X_CB.translation()).cast<float>();
+  const Eigen::Matrix3f D = (occluder.to_unit_C * mesh.X_CB.linear()).cast<float>();
+  const Vector3f t = (occluder.to_unit_C * mesh.X_CB.translation()).cast<float>();
   const float d00 = D(0, 0), d01 = D(0, 1), d02 = D(0, 2), tx = t.x(), ex = e.x();
   const float d10 = D(1, 0), d11 = D(1, 1), d12 = D(1, 2), ty = t.y(), ey = e.y();
   const float d20 = D(2, 0), d21 = D(2, 1), d22 = D(2, 2), tz = t.z(), ez = e.z();
@@ -181,10 +180,9 @@ void VisibleTriangles::HideVertices(const Mesh& mesh, const Isometry3d& X_CB,
 }
 
 // Lambert's law for the one light, a little more from the sky than from the floor, and the ambient light.
-void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Isometry3d& X_CB,
-                                     const Vector3d& light_B, const Vector3d& up_B,
-                                     LitVertex* vertices) {
-  const Eigen::Matrix<float, 3, 4> X = X_CB.matrix().topRows<3>().cast<float>();
+void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vector3d& light_B,
+                                     const Vector3d& up_B, LitVertex* vertices) {
+  const Eigen::Matrix<float, 3, 4> X = mesh.X_CB.matrix().topRows<3>().cast<float>();
   const float r00 = X(0, 0), r01 = X(0, 1), r02 = X(0, 2), tx = X(0, 3);
   const float r10 = X(1, 0), r11 = X(1, 1), r12 = X(1, 2), ty = X(1, 3);
   const float r20 = X(2, 0), r21 = X(2, 1), r22 = X(2, 2), tz = X(2, 3);

@@ -55,6 +55,7 @@ class VisibleTriangles {
     std::vector<Ellipsoid> occluders;
     bool placed{false};
     bool crosses_near{false};  // May reach the plane through the camera: no rays to its vertices.
+    Eigen::Isometry3d X_CB{Eigen::Isometry3d::Identity()};
     Eigen::Vector3d centre_C{Eigen::Vector3d::Zero()};
   };
 
@@ -66,13 +67,11 @@ class VisibleTriangles {
     Eigen::Matrix3d to_unit_C;  // In C's axes [1/m].
   };
 
-  void PlaceVertices(const Mesh& mesh, const Eigen::Isometry3d& X_CB,
-                     const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
+  void PlaceVertices(const Mesh& mesh, const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
                      LitVertex* vertices);
-  void FindOccludersInUse(const Eigen::Isometry3d& X_CW, const SceneState& state);
-  void HideVertices(const Mesh& mesh, const Eigen::Isometry3d& X_CB, const SeenOccluder& occluder,
-                    std::uint32_t bit);
-  void HideBehindParts(const Eigen::Isometry3d& X_CW, const SceneState& state);
+  void FindOccludersInUse();
+  void HideVertices(const Mesh& mesh, const SeenOccluder& occluder, std::uint32_t bit);
+  void HideBehindParts();
   void FindFacing(const Mesh& mesh, const Eigen::Vector3d& eye_B);
 
   CameraModel camera_;
