@@ -130,6 +130,24 @@ class CameraDevice : public ::testing::Test {
     device_ = -1;
   }
 
+  // The program ends well when it is told to, even while it waits for an image.
+  std::string StopProgram(ChildProcess* program) {
+    program->Signal(SIGTERM);
+    auto [code, text] = camera_.End(program);
+    EXPECT_EQ(code, 0) << text;
+    EXPECT_TRUE(test::Contains(text, "stopped after ")) << text;
+    return text;
+  }
+  // The program ends by itself, as a failure, after so many images.
+  std::string ExpectToGiveUpAfter(int images, ChildProcess* program) {
+    auto [code, text] = camera_.End(program);
+    EXPECT_EQ(code, 3) << text;
+    EXPECT_TRUE(test::Contains(
+        text, "device is gone: giving up after " + std::to_string(images) + " images"))
+        << text;
+    return text;
+  }
+
   Camera camera_;
 
  private:
@@ -152,10 +170,7 @@ TEST_F(CameraDevice, ThatIsSlowIsNamedAndGoesOn) {
   Play(32, 12.0);
   EXPECT_TRUE(camera_.Says("device is slow: ")) << camera_.text();
   EXPECT_TRUE(camera_.Says(" images/s of 30.0")) << camera_.text();
-  program.Signal(SIGTERM);
-  const auto [code, text] = camera_.End(&program);
-  EXPECT_EQ(code, 0) << text;
-  EXPECT_TRUE(test::Contains(text, "stopped after ")) << text;
+  const std::string text = StopProgram(&program);
   EXPECT_FALSE(test::Contains(text, "no image from")) << text;
 }
 
@@ -170,20 +185,15 @@ TEST_F(CameraDevice, ThatStallsIsNamedAndGoesOn) {
   Play(5);
   EXPECT_TRUE(camera_.Says("device is back after ")) << camera_.text();
   // It hangs again, and the program ends all the same when told to.
-  program.Signal(SIGTERM);
-  const auto [code, text] = camera_.End(&program);
-  EXPECT_EQ(code, 0) << text;
-  EXPECT_TRUE(test::Contains(text, "stopped after ")) << text;
+  StopProgram(&program);
 }
 
 TEST_F(CameraDevice, ThatHangsForGoodEndsTheProgram) {
   ChildProcess program = Start("1.5");
   PlugIn();
   Play(5);
-  const auto [code, text] = camera_.End(&program);
-  EXPECT_EQ(code, 3) << text;
+  const std::string text = ExpectToGiveUpAfter(5, &program);
   EXPECT_TRUE(test::Contains(text, "stalled?")) << text;
-  EXPECT_TRUE(test::Contains(text, "device is gone: giving up after 5 images")) << text;
 }
 
 TEST_F(CameraDevice, ThatIsUnpluggedIsTakenUpAgain) {
@@ -198,10 +208,7 @@ TEST_F(CameraDevice, ThatIsUnpluggedIsTakenUpAgain) {
   PlugIn();
   Play(5);
   EXPECT_TRUE(camera_.Says("device is back after ")) << camera_.text();
-  program.Signal(SIGTERM);
-  const auto [code, text] = camera_.End(&program);
-  EXPECT_EQ(code, 0) << text;
-  EXPECT_TRUE(test::Contains(text, "stopped after ")) << text;
+  StopProgram(&program);
 }
 
 TEST_F(CameraDevice, ThatIsUnpluggedForGoodEndsTheProgram) {
@@ -209,17 +216,13 @@ TEST_F(CameraDevice, ThatIsUnpluggedForGoodEndsTheProgram) {
   PlugIn();
   Play(5);
   Unplug();
-  const auto [code, text] = camera_.End(&program);
-  EXPECT_EQ(code, 3) << text;
+  const std::string text = ExpectToGiveUpAfter(5, &program);
   EXPECT_TRUE(test::Contains(text, "unplugged?")) << text;
-  EXPECT_TRUE(test::Contains(text, "device is gone: giving up after 5 images")) << text;
 }
 
 TEST_F(CameraDevice, ThatNeverAnswersEndsTheProgram) {
   ChildProcess program = Start("1");
-  const auto [code, text] = camera_.End(&program);
-  EXPECT_EQ(code, 3) << text;
-  EXPECT_TRUE(test::Contains(text, "device is gone: giving up after 0 images")) << text;
+  ExpectToGiveUpAfter(0, &program);
 }
 
 TEST(CameraProgram, PlaysASequenceToItsEndAndSaysSo) {
