@@ -117,7 +117,7 @@ void KeepCommonRows(FeatureRows* a, FeatureRows* b) {
 }
 
 // J_v J_r, column by column, which is faster than Eigen's product of matrices of bounded size.
-TaskJacobian CompositeJacobian(const FeatureJacobian& J_v, const ArmJacobian& J_r) noexcept {
+TaskJacobian ProductByColumns(const FeatureJacobian& J_v, const ArmJacobian& J_r) noexcept {
   TaskJacobian J_c(J_v.rows(), J_r.cols());
   for (Eigen::Index j = 0; j < J_r.cols(); ++j) {
     const Twist twist = J_r.col(j);
@@ -588,7 +588,7 @@ Vector2d Servo::PathCorrection(const Isometry3d& X_CW, std::size_t marker) const
 HoldReason Servo::Control(Time now) noexcept {
   output_.J_v = ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
   output_.J_r = kinematics_.J_WE_W;
-  const TaskJacobian J_c = CompositeJacobian(output_.J_v, output_.J_r);
+  const TaskJacobian J_c = ProductByColumns(output_.J_v, output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
   DecomposeComposite(output_.J_v, output_.J_r, J_c, &composite_);
   const SingularSystem& system = composite_.system;
