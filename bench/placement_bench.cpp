@@ -18,6 +18,7 @@
 #include "cell.h"
 #include "vantage/math/angles.h"
 #include "vantage/plan/camera_path.h"
+#include "vantage/plan/grid_check.h"
 #include "vantage/plan/placement.h"
 
 namespace {

@@ -6,9 +6,11 @@
 #include <iostream>
 
 #include "app.h"
+#include "plan_grid.h"
 #include "plan_pictures.h"
 #include "plan_print.h"
 #include "plan_result.h"
+#include "plan_shard.h"
 #include "plan_sweep.h"
 #include "plan_team.h"
 #include "vantage/config/config_text.h"
@@ -48,18 +50,47 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
+DealItems DealerOf(PlanTeam* team) {
+  return [team](const auto& items, const auto& work, const auto& take) {
+    team->Deal(items, work, take);
+  };
+}
+
+// A shard's part of the grid check, or what the ranks that help rank 0 do of it: no search for a camera.
+int SearchPartOfGrid(const Arguments& arguments, const PlacementSetup& setup, const Shard& shard,
+                     PlanTeam* team) {
+  const std::string path = MakeStem(arguments.out, setup.name) + "_grid" + SuffixOf(shard) + ".csv";
+  const PlacementModel model(setup.problem);
+  PlanProgressBar bar(arguments.quiet);
+  const SearchedGrid grid =
+      SearchGrid(model, arguments.grid_check, shard, std::ref(bar), DealerOf(team));
+  bar.End();
+  if (team->rank() > 0) return kExitOk;
+  WriteGridTable(path, setup, shard, grid);
+  if (!arguments.quiet) {
+    std::cout << GridPartText(model, shard, grid) << "  " << path << '\n';
+  }
+  return kExitOk;
+}
+
+int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup, PlanTeam* team) {
   const std::string stem = MakeStem(arguments.out, setup.name);
+  // Before the search: tables that do not fit are refused at once.
+  std::optional<SearchedGrid> grid;
+  if (!arguments.merge.empty()) grid = ReadGridTables(arguments.merge, setup);
   const PlacementModel model(setup.problem);
   PlanProgressBar bar(arguments.quiet);
   const PlanProgress progress = std::ref(bar);
   const auto start = std::chrono::steady_clock::now();
   const PlacementResult result = PlaceCamera(model, setup.search, progress);
   const double seconds = SecondsSince(start);
-  std::optional<GridCheck> check;
-  if (arguments.grid_check > 0 && result.best.feasible) {
-    check = CheckAgainstGrid(model, result.best, arguments.grid_check, progress);
+  if (arguments.grid_check > 0) {
+    // Without a result there is nothing to check: the other ranks, who wait for work, get none.
+    const std::int64_t cameras = result.best.feasible ? arguments.grid_check : 0;
+    grid = SearchGrid(model, cameras, {}, progress, DealerOf(team));
   }
+  std::optional<GridCheck> check;
+  if (grid && result.best.feasible) check = FinishGridCheck(model, result.best, *grid, progress);
   bar.End();
   std::vector<std::string> files{stem + "_plan.yaml"};
   std::optional<CameraPathResult> path;
@@ -114,45 +145,51 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup) {
 
 int Sweep(const Arguments& arguments, const PlacementSetup& setup, PlanTeam* team) {
   const Shard shard = ParseShard(arguments.shard);
-  std::string path = MakeStem(arguments.out, setup.name) + "_sweep";
-  if (shard.count > 1) {
-    path += "_" + std::to_string(shard.index) + "_of_" + std::to_string(shard.count);
-  }
-  path += ".csv";
+  const std::string path =
+      MakeStem(arguments.out, setup.name) + "_sweep" + SuffixOf(shard) + ".csv";
   PlanProgressBar bar(arguments.quiet);
-  RunSweep(setup, shard, path, std::ref(bar),
-           [&](const auto& items, const auto& work, const auto& take) {
-             team->Deal(items, work, take);
-           });
+  RunSweep(setup, shard, path, std::ref(bar), DealerOf(team));
   bar.End();
   if (!arguments.quiet) std::cout << BestOfSweep(path, 5) << "  " << path << '\n';
   return kExitOk;
 }
 
-int Merge(const Arguments& arguments) {
+int MergeTablesOfSweep(const Arguments& arguments) {
   const std::string path = MakeStem(arguments.out, "sweep") + ".csv";
   MergeSweeps(arguments.merge, path);
   if (!arguments.quiet) std::cout << BestOfSweep(path, 5) << "  " << path << '\n';
   return kExitOk;
 }
 
+int PlaceOne(const Arguments& arguments, const PlacementSetup& setup, PlanTeam* team) {
+  const Shard shard = ParseShard(arguments.shard);
+  const auto refuse = [&](const std::string& key, const std::string& what) {
+    throw ConfigError(
+        "", key, setup.name + " is one problem: only a sweep or a --grid-check can be " + what);
+  };
+  if (arguments.grid_check == 0) {
+    if (shard.count > 1) refuse("--shard", "cut");
+    if (team->size() > 1) refuse("", "dealt out to " + std::to_string(team->size()) + " ranks");
+  }
+  if (shard.count > 1 || team->rank() > 0) return SearchPartOfGrid(arguments, setup, shard, team);
+  return PlaceFixed(arguments, setup, team);
+}
+
 int Run(Arguments arguments, PlanTeam* team) {
   arguments.quiet = arguments.quiet || team->rank() > 0;
   if (arguments.list) return List();
-  if (!arguments.merge.empty()) return Merge(arguments);
+  const bool merges = !arguments.merge.empty();
+  if (merges && !IsGridTable(arguments.merge.front())) return MergeTablesOfSweep(arguments);
   if (arguments.problem.empty()) {
-    throw ConfigError("", "", "name a problem or a scenario (see --list and --help)");
+    throw ConfigError("", merges ? "--merge" : "",
+                      merges ? "tables of a grid check need their problem: PROBLEM --merge FILES"
+                             : "name a problem or a scenario (see --list and --help)");
   }
   PlacementSetup setup = LoadPlacement(arguments.problem);
   if (arguments.seed) setup.search.seed = *arguments.seed;
   if (!arguments.quiet) std::cout << setup.name << ": " << setup.description << '\n' << std::flush;
-  if (setup.sweep.size() > 0) return Sweep(arguments, setup, team);
-  if (team->size() > 1) {
-    throw ConfigError("", "",
-                      setup.name + " is one problem: only a sweep can be dealt out to " +
-                          std::to_string(team->size()) + " ranks");
-  }
-  return PlaceFixed(arguments, setup);
+  if (setup.sweep.size() > 0 && !merges) return Sweep(arguments, setup, team);
+  return PlaceOne(arguments, setup, team);
 }
 
 }  // namespace
@@ -169,20 +206,26 @@ int main(int argc, char** argv) {
                  "Built-in problem (see --list), a YAML file, or a scenario's name");
   app.add_option("--out", arguments.out, "Folder for the result and the pictures")
       ->capture_default_str();
-  app.add_option("--grid-check", arguments.grid_check,
-                 "Also searches a dense grid of this many cameras and states the gap")
-      ->expected(0, 1)
-      ->default_str("200000")
-      ->check(CLI::Range(std::int64_t{1000}, std::int64_t{100000000000}));
+  CLI::Option* grid_check =
+      app.add_option("--grid-check", arguments.grid_check,
+                     "Also searches a dense grid of this many cameras and states the gap")
+          ->expected(0, 1)
+          ->default_str("200000")
+          ->check(CLI::Range(std::int64_t{1000}, std::int64_t{100000000000}));
   app.add_option("--seed", arguments.seed, "Of the search, instead of the problem's")
       ->check(vantage::WholeNumber());
-  app.add_option("--shard", arguments.shard,
-                 "Of a sweep: works on part i of N; the parts are independent")
-      ->type_name("i/N")
-      ->capture_default_str();
+  CLI::Option* shard =
+      app.add_option(
+             "--shard", arguments.shard,
+             "Of a sweep, or of --grid-check: works on part i of N; the parts are independent")
+          ->type_name("i/N")
+          ->capture_default_str();
   app.add_option("--merge", arguments.merge,
-                 "Joins the tables of a sweep's shards into sweep.csv in --out")
-      ->type_name("FILES");
+                 "Joins the tables of a sweep's shards into sweep.csv in --out; after PROBLEM, "
+                 "those of its grid check: states the gap")
+      ->type_name("FILES")
+      ->excludes(shard)
+      ->excludes(grid_check);
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
   app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");

@@ -190,6 +190,14 @@ std::string PathText(const PlacementModel& model, const CameraPathResult& result
                        1e-6 * static_cast<double>(result.evaluations), 1e3 * seconds);
 }
 
+std::string GridPartText(const PlacementModel& model, const Shard& shard,
+                         const SearchedGrid& grid) {
+  const std::string part = Format("part %d of %d of a grid of %lld cameras: ", shard.index,
+                                  shard.count, static_cast<long long>(grid.cameras));
+  const std::optional<double> best = grid.best.ValueOfBest(model);
+  return part + (best ? Format("the best is worth %.8g\n", *best) : "none keeps all limits\n");
+}
+
 std::string GridCheckText(const GridCheck& check) {
   if (!check.best.feasible) {
     return Format("grid check: none of %lld cameras keeps all limits\n",

@@ -3,8 +3,10 @@
 #include <optional>
 #include <string>
 
+#include "plan_shard.h"
 #include "progress_bar.h"
 #include "vantage/config/placement_file.h"
+#include "vantage/plan/grid_check.h"
 
 /// @file
 /// What vantage-plan says on the terminal.
@@ -36,6 +38,9 @@ class PlanProgressBar {
                                          const PlacementResult& result);
 [[nodiscard]] std::string PathText(const PlacementModel& model, const CameraPathResult& result,
                                    double seconds);
+/// What a shard found of its part of the grid.
+[[nodiscard]] std::string GridPartText(const PlacementModel& model, const Shard& shard,
+                                       const SearchedGrid& grid);
 [[nodiscard]] std::string GridCheckText(const GridCheck& check);
 
 }  // namespace vantage

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "vantage/config/placement_file.h"
+#include "vantage/plan/grid_check.h"
 
 namespace vantage {
 

@@ -122,28 +122,9 @@ void WriteTable(const std::string& path, const std::string& header,
 
 }  // namespace
 
-Shard ParseShard(const std::string& text) {
-  Shard shard;
-  int used = 0;
-  if (std::sscanf(text.c_str(), "%d/%d%n", &shard.index, &shard.count, &used) != 2 ||
-      used != static_cast<int>(text.size()) || shard.count < 1 || shard.index < 1 ||
-      shard.index > shard.count) {
-    throw ConfigError("", "--shard", "must be i/N with 1 <= i <= N, is '" + text + "'");
-  }
-  return shard;
-}
-
-void DealToMyself(const std::vector<int>& items, const std::function<std::string(int)>& work,
-                  const std::function<void(int, const std::string&)>& take) {
-  for (const int item : items) take(item, work(item));
-}
-
 void RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string& path,
               const PlanProgress& told, const DealItems& deal) {
-  std::vector<int> items;
-  for (int item = shard.index - 1; item < setup.sweep.size(); item += shard.count) {
-    items.push_back(item);
-  }
+  const std::vector<int> items = ItemsOf(shard, setup.sweep.size());
   std::ofstream out;
   std::map<int, std::string> lines;
   std::optional<double> best;

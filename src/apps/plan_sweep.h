@@ -1,9 +1,9 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "plan_shard.h"
 #include "vantage/config/placement_file.h"
 
 /// @file
@@ -11,25 +11,6 @@
 /// by itself, so the merged table does not depend on how it was cut.
 
 namespace vantage {
-
-/// Part `index` of `count`: items index - 1, index - 1 + count, ...
-struct Shard {
-  int index{1};
-  int count{1};
-};
-
-/// "2/8" as a shard. Throws ConfigError (key "--shard").
-[[nodiscard]] Shard ParseShard(const std::string& text);
-
-/// How items are shared out among those who work on them: calls `work` for each of `items`, somewhere, and
-/// `take` here with what it returned, in any order. `take` is called on one process alone.
-using DealItems = std::function<void(
-    const std::vector<int>& items, const std::function<std::string(int item)>& work,
-    const std::function<void(int item, const std::string&)>& take)>;
-
-/// All items here, one after the other.
-void DealToMyself(const std::vector<int>& items, const std::function<std::string(int)>& work,
-                  const std::function<void(int, const std::string&)>& take);
 
 /// Solves the shard's items and writes one line for each as it comes, in the items' order in the end: its number
 /// and case, where the base stands, whether a camera was found, its value, pose and rig coordinates, numbers to

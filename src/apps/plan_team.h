@@ -5,8 +5,8 @@
 #include <vector>
 
 /// @file
-/// Those who work on one sweep together: the ranks of an MPI job in vantage-plan-mpi, this process alone in
-/// vantage-plan. Which of the two is settled when the program is linked.
+/// Those who work on one sweep or grid check together: the ranks of an MPI job in vantage-plan-mpi, this process
+/// alone in vantage-plan. Which of the two is settled when the program is linked.
 
 namespace vantage {
 
@@ -26,9 +26,9 @@ class PlanTeam {
   [[nodiscard]] int rank() const noexcept;
   [[nodiscard]] int size() const noexcept;
 
-  /// Hands items out one at a time, to whoever is free next (DealItems of plan_sweep.h). Called on all ranks
-  /// with the same items; results arrive on rank 0, which works too. When `work` throws on any rank the error is
-  /// printed and the whole job ends.
+  /// Hands items out one at a time, to whoever is free next (DealItems of plan_shard.h). Called on all ranks; the
+  /// items are those of rank 0, the others wait for it. Results arrive on rank 0, which works too. When `work`
+  /// throws on any rank the error is printed and the whole job ends.
   void Deal(const std::vector<int>& items, const std::function<std::string(int)>& work,
             const std::function<void(int, const std::string&)>& take);
 };

@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "plan_sweep.h"
+#include "plan_shard.h"
 #include "plan_team.h"
 #include "vantage/math/error.h"
 
@@ -20,7 +20,7 @@ PlanTeam::PlanTeam(int* /*argc*/, char*** /*argv*/) {
           "", "",
           std::string("one of ") + size +
               " processes of an MPI job, but without MPI: start vantage-plan-mpi, or cut "
-              "the sweep with --shard i/N");
+              "the work with --shard i/N");
     }
   }
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include <Eigen/LU>
@@ -317,48 +316,6 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
 PlacedCamera JudgeCamera(const PlacementModel& model, const RigVector& q_c) {
   CameraScorer scorer(model);
   return Place(model, q_c, &scorer);
-}
-
-GridCheck CheckAgainstGrid(const PlacementModel& model, const PlacedCamera& result,
-                           std::int64_t cameras, const PlanProgress& progress) {
-  constexpr int kSlice = 16384;
-  constexpr std::size_t kKept = 24;
-  const SearchSpace space(model.problem().rig, model.problem().q_c_start);
-  Judge judge(model, space);
-  GridCheck check;
-  check.cameras = cameras;
-  check.best_on_grid = -kInfinity;
-  std::vector<Candidate> kept;
-  // The sequence goes on far from where the search's grid ended.
-  constexpr std::int64_t kFirst = 1000003;
-  for (std::int64_t done = 0; done < cameras; done += kSlice) {
-    const auto count = static_cast<int>(std::min<std::int64_t>(kSlice, cameras - done));
-    std::vector<Candidate> slice = SpreadOut(space, count, kFirst + done);
-    judge.Frustum(slice.data(), count, BatchPrecision::kDouble);
-    slice.insert(slice.end(), kept.begin(), kept.end());
-    kept = Distinct(&slice, space, kKept, 0.03, &judge);
-    if (progress) {
-      progress("grid check", static_cast<double>(done + count) / static_cast<double>(cameras),
-               std::nullopt);
-    }
-  }
-  for (const Candidate& c : kept) {
-    const PlacedCamera raw = Place(model, c.q_c, &judge.scorer());
-    if (!raw.feasible) continue;
-    check.best_on_grid = std::max(check.best_on_grid, raw.value);
-    const PlacedCamera polished =
-        Place(model, plan::Polish(model, space, c.q_c, &judge.scorer()), &judge.scorer());
-    if (polished.feasible && (!check.best.feasible || polished.value > check.best.value)) {
-      check.best = polished;
-    }
-  }
-  if (!check.best.feasible) {
-    check.gap = -kInfinity;
-  } else {
-    check.gap = (check.best.value - result.value) /
-                std::max(std::abs(check.best.value), std::numeric_limits<double>::min());
-  }
-  return check;
 }
 
 PlacementMap MapPlacements(const PlacementModel& model, const RigVector& q_c, int axis_x,

@@ -148,11 +148,12 @@ TEST(PlanSweep, UnderMpiIsTheSameToTheLastBit) {
             TextOf((folder.path() / "one" / "sweep_sweep.csv").string()));
 }
 
-TEST(PlanSweep, UnderMpiWantsASweepAndTheRightProgram) {
+TEST(PlanSweep, UnderMpiWantsWorkToShareAndTheRightProgram) {
   const std::string mpirun = std::string(VANTAGE_MPIRUN) + " -n 2 " VANTAGE_BIN;
   const ProgramRun single = RunProgram(mpirun + "/vantage-plan-mpi fig5-arm");
   EXPECT_NE(single.exit_code, 0);
-  EXPECT_NE(single.output.find("only a sweep can be dealt out to 2 ranks"), std::string::npos)
+  EXPECT_NE(single.output.find("only a sweep or a --grid-check can be dealt out to 2 ranks"),
+            std::string::npos)
       << single.output;
   const ProgramRun without = RunProgram(mpirun + "/vantage-plan puma560-base");
   EXPECT_NE(without.exit_code, 0);
@@ -163,6 +164,10 @@ TEST(PlanSweep, UnderMpiWantsASweepAndTheRightProgram) {
 TEST(PlanSweep, ShardsAreChecked) {
   EXPECT_EQ(ParseShard("2/8").index, 2);
   EXPECT_EQ(ParseShard("2/8").count, 8);
+  EXPECT_EQ(ItemsOf({2, 3}, 8), (std::vector<int>{1, 4, 7}));
+  EXPECT_TRUE(ItemsOf({3, 3}, 2).empty());
+  EXPECT_EQ(SuffixOf({2, 3}), "_2_of_3");
+  EXPECT_EQ(SuffixOf({1, 1}), "");
   for (const char* wrong : {"0/4", "5/4", "1", "a/b", "1/2x", "1/0"}) {
     EXPECT_EQ(ConfigErrorOf([&] { (void)ParseShard(wrong); }).find("--shard"), 0u) << wrong;
   }

@@ -9,6 +9,7 @@
 #include "cell.h"
 #include "config_error.h"
 #include "vantage/math/angles.h"
+#include "vantage/plan/grid_check.h"
 
 namespace vantage::test {
 namespace {

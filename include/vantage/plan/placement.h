@@ -89,19 +89,6 @@ using PlanProgress =
 /// Value and margins of one camera.
 [[nodiscard]] PlacedCamera JudgeCamera(const PlacementModel& model, const RigVector& q_c);
 
-/// The best of a grid that is independent of the search, its best cells polished: the certificate of a
-/// result.
-struct GridCheck {
-  std::int64_t cameras{0};   ///< Cameras of the grid.
-  double best_on_grid{0.0};  ///< Value; -inf: none is feasible.
-  PlacedCamera best;         ///< After polishing.
-  /// How much less the result is worth than `best`, relative; negative: it is worth more.
-  double gap{0.0};
-};
-/// Searches a dense grid of `cameras`, independent of the search, and polishes its best cells.
-[[nodiscard]] GridCheck CheckAgainstGrid(const PlacementModel& model, const PlacedCamera& result,
-                                         std::int64_t cameras, const PlanProgress& progress = {});
-
 /// Values over two free axes of the rig, the others as in `q_c`; where a camera steps back along its
 /// optical axis it does so just as far as field of view and least depth need.
 struct PlacementMap {
