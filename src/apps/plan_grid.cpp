@@ -13,8 +13,8 @@
 namespace vantage {
 namespace {
 
-const char* const kTitle = "# vantage-plan grid check of ";
-const char* const kColumns = "camera,cell,score";
+constexpr const char* kTitle = "# vantage-plan grid check of ";
+constexpr const char* kColumns = "camera,cell,score";
 
 // What tables of one problem begin with.
 std::string TitleOf(const PlacementSetup& setup) {
