@@ -360,7 +360,8 @@ const std::vector<PlacementModel::SampleView>& PlacementModel::sample_views() co
 }
 
 double DistanceToBox(const BatchBox& box, const Vector3d& p_W) noexcept {
-  const Vector3d beyond = (box.X_WB.inverse() * p_W).cwiseAbs() - box.half;
+  const Vector3d p_B = box.X_WB.linear().transpose() * (p_W - box.X_WB.translation());
+  const Vector3d beyond = p_B.cwiseAbs() - box.half;
   return beyond.cwiseMax(0.0).norm() + std::min(0.0, beyond.maxCoeff());
 }
 
