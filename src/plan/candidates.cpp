@@ -1,6 +1,7 @@
 #include "candidates.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace vantage::plan {
 namespace {
@@ -15,6 +16,25 @@ bool Better(const Candidate& a, const Candidate& b) {
   return a.merit > b.merit;
 }
 
+BestFirst::BestFirst(const std::vector<Candidate>& candidates) {
+  heap_.reserve(candidates.size());
+  for (const Candidate& c : candidates) heap_.push_back({c.violation, c.merit, heap_.size()});
+  std::make_heap(heap_.begin(), heap_.end(), Worse);
+}
+
+std::size_t BestFirst::Take() {
+  std::pop_heap(heap_.begin(), heap_.end(), Worse);
+  const std::size_t index = heap_.back().index;
+  heap_.pop_back();
+  return index;
+}
+
+bool BestFirst::Worse(const Entry& a, const Entry& b) {
+  if (a.violation != b.violation) return a.violation > b.violation;
+  if (a.merit != b.merit) return a.merit < b.merit;
+  return a.index > b.index;
+}
+
 void Judge::Frustum(Candidate* first, int count, BatchPrecision precision) {
   for (int done = 0; done < count; done += kBlock) {
     Block(first + done, std::min(kBlock, count - done), precision);
@@ -22,26 +42,32 @@ void Judge::Frustum(Candidate* first, int count, BatchPrecision precision) {
 }
 
 void Judge::Sights(Candidate* first, int count, BatchPrecision precision) {
+  std::vector<Candidate*> all(count);
+  std::iota(all.begin(), all.end(), first);
+  Sights(all, precision);
+}
+
+void Judge::Sights(const std::vector<Candidate*>& candidates, BatchPrecision precision) {
   if (model_.obstacles() == nullptr) {
-    for (int i = 0; i < count; ++i) first[i].sights_checked = true;
+    for (Candidate* c : candidates) c->sights_checked = true;
     return;
   }
-  std::vector<Candidate*> asked;
+  asked_.clear();
   poses_.clear();
-  for (int i = 0; i < count; ++i) {
-    if (first[i].sights_checked || first[i].violation > 0.0) continue;
-    asked.push_back(&first[i]);
-    poses_.push_back(RigPose(space_.rig(), first[i].q_c));
+  for (Candidate* c : candidates) {
+    if (c->sights_checked || c->violation > 0.0) continue;
+    asked_.push_back(c);
+    poses_.push_back(RigPose(space_.rig(), c->q_c));
   }
-  if (asked.empty()) return;
-  margins_.resize(asked.size());
-  for (std::size_t i = 0; i < asked.size(); ++i) margins_[i] = asked[i]->margins;
+  if (asked_.empty()) return;
+  margins_.resize(asked_.size());
+  for (std::size_t i = 0; i < asked_.size(); ++i) margins_[i] = asked_[i]->margins;
   scorer_.Load(poses_);
   scorer_.Obstacles(precision, &margins_);
-  for (std::size_t i = 0; i < asked.size(); ++i) {
-    asked[i]->margins = margins_[i];
-    asked[i]->sights_checked = true;
-    asked[i]->violation = ViolationOf(margins_[i], precision);
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    asked_[i]->margins = margins_[i];
+    asked_[i]->sights_checked = true;
+    asked_[i]->violation = ViolationOf(margins_[i], precision);
   }
 }
 
@@ -92,11 +118,12 @@ bool Judge::StepBack(Candidate* first, int count, BatchPrecision precision) {
       margins_[i][IndexOf(PlanLimit::kNear)] += by;
       margins_[i][IndexOf(PlanLimit::kFar)] -= by;
       margins_[i][IndexOf(PlanLimit::kImage)] += by;
+      poses_[i].translation() -= by * poses_[i].linear().col(2);
     } else {
       exact = false;
+      poses_[i] = RigPose(space_.rig(), moved);
     }
     first[i].q_c = moved;
-    poses_[i] = RigPose(space_.rig(), moved);
     any = true;
   }
   if (any && !exact) {
@@ -115,24 +142,27 @@ std::vector<Candidate> SpreadOut(const SearchSpace& space, int count, std::int64
 std::vector<Candidate> Distinct(std::vector<Candidate>* candidates, const SearchSpace& space,
                                 std::size_t most, double apart, Judge* judge,
                                 BatchPrecision precision) {
-  std::sort(candidates->begin(), candidates->end(), Better);
+  BestFirst by_worth(*candidates);
   std::vector<Candidate> kept;
   const auto is_new = [&](const Candidate& c) {
     return std::all_of(kept.begin(), kept.end(), [&](const Candidate& other) {
       return space.Distance(c.u, other.u) >= apart;
     });
   };
-  for (std::size_t at = 0; at < candidates->size() && kept.size() < most;) {
-    // Those that a sight might spoil, a few at a time.
-    constexpr std::size_t kFew = 16;
-    const std::size_t end = std::min(at + kFew, candidates->size());
-    if ((*candidates)[at].violation > 0.0) break;
-    judge->Sights(candidates->data() + at, static_cast<int>(end - at), precision);
-    for (; at < end && kept.size() < most; ++at) {
-      const Candidate& c = (*candidates)[at];
-      if (c.violation == 0.0 && is_new(c)) kept.push_back(c);
+  // A few at a time, of those that a sight might spoil and that are not too near to what is kept.
+  constexpr std::size_t kFew = 16;
+  std::vector<Candidate*> asked;
+  do {
+    asked.clear();
+    while (asked.size() < kFew && !by_worth.empty() && by_worth.violation() == 0.0) {
+      Candidate& c = (*candidates)[by_worth.Take()];
+      if (is_new(c)) asked.push_back(&c);
     }
-  }
+    judge->Sights(asked, precision);
+    for (const Candidate* c : asked) {
+      if (kept.size() < most && c->violation == 0.0 && is_new(*c)) kept.push_back(*c);
+    }
+  } while (!asked.empty() && kept.size() < most);
   if (kept.size() < most) {
     std::vector<Candidate> rest;
     for (const Candidate& c : *candidates) {

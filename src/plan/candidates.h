@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -30,6 +31,26 @@ struct Candidate {
 /// What keeps the limits is better than what does not; among the latter the least violation counts.
 [[nodiscard]] bool Better(const Candidate& a, const Candidate& b);
 
+/// Candidates best first, as Better() has it, for as long as they are asked for: of many only a few are looked at.
+class BestFirst {
+ public:
+  explicit BestFirst(const std::vector<Candidate>& candidates);
+
+  [[nodiscard]] bool empty() const noexcept { return heap_.empty(); }
+  /// Of the next, as it was at first. @pre !empty().
+  [[nodiscard]] double violation() const { return heap_.front().violation; }
+  /// Index of the next. @pre !empty().
+  std::size_t Take();
+
+ private:
+  struct Entry {  // a candidate is too large to be moved about
+    double violation, merit;
+    std::size_t index;
+  };
+  static bool Worse(const Entry& a, const Entry& b);
+  std::vector<Entry> heap_;
+};
+
 /// Judges candidates in blocks: a step back to where the frustum is kept, score, and what else may break. Keeps
 /// its storage; one thread at a time.
 class Judge {
@@ -43,6 +64,8 @@ class Judge {
 
   /// Occlusion and facing, of those that keep the rest.
   void Sights(Candidate* first, int count, BatchPrecision precision = BatchPrecision::kDouble);
+  /// The same of scattered ones.
+  void Sights(const std::vector<Candidate*>& candidates, BatchPrecision precision);
 
   [[nodiscard]] CameraScorer& scorer() noexcept { return scorer_; }
   /// Cameras judged so far.
@@ -59,6 +82,7 @@ class Judge {
   const PlacementModel& model_;
   const SearchSpace& space_;
   CameraScorer scorer_;
+  std::vector<Candidate*> asked_;
   std::vector<Eigen::Isometry3d> poses_;
   std::vector<PlanMargins> margins_;
   std::vector<double> scores_;
@@ -70,8 +94,7 @@ class Judge {
                                                std::int64_t first);
 
 /// Distinct candidates that keep all limits, best first; where there are too few, the least violations.
-/// Sights are checked only of what is looked at.
-/// @param candidates  Are sorted.
+/// @param candidates  Get their sights checked where they are looked at.
 /// @param apart  Least distance between any two of them (SearchSpace::Distance).
 [[nodiscard]] std::vector<Candidate> Distinct(std::vector<Candidate>* candidates,
                                               const SearchSpace& space, std::size_t most,

@@ -23,6 +23,7 @@ using plan::Distinct;
 using plan::Judge;
 using plan::kInfinity;
 using plan::Place;
+using plan::Polisher;
 using plan::SearchSpace;
 using plan::SearchVector;
 using plan::SpreadOut;
@@ -75,6 +76,60 @@ std::vector<std::size_t> Leaders(const SearchSpace& space, const std::vector<Can
   return leaders;
 }
 
+// Orders the members of strategies. An evolution strategy looks at its best half alone: whether something hides
+// a marker is checked best first, until that many keep everything.
+class Ranking {
+ public:
+  Ranking(const SearchSpace& space, int members, Judge* judge)
+      : space_(space), members_(members), judge_(judge) {}
+
+  /// Generations one after the other, but for sights judged.
+  void Rank(std::vector<Candidate>* generations) {
+    worth_.clear();
+    for (const Candidate& c : *generations) {
+      // A step back or over a bound makes no difference to what is judged: a little against drift.
+      worth_.push_back(c.merit - 0.01 * c.back - space_.Excess(c.u));
+    }
+    const std::size_t strategies = generations->size() / members_;
+    orders_.resize(strategies);
+    for (std::vector<int>& order : orders_) {
+      order.resize(members_);
+      std::iota(order.begin(), order.end(), 0);
+    }
+    do {
+      asked_.clear();
+      for (std::size_t a = 0; a < strategies; ++a) Order(a, generations->data() + a * members_);
+      judge_->Sights(asked_, BatchPrecision::kSingle);
+    } while (!asked_.empty());
+  }
+  /// Of strategy a, best first; right as far as CmaEs::mu().
+  [[nodiscard]] const std::vector<int>& order(std::size_t a) const { return orders_[a]; }
+  /// All that there is to know of a member was checked.
+  [[nodiscard]] static bool Known(const Candidate& c) {
+    return c.sights_checked || c.violation > 0.0;
+  }
+
+ private:
+  void Order(std::size_t a, Candidate* own) {
+    std::vector<int>& order = orders_[a];
+    const double* worth = worth_.data() + a * members_;
+    std::sort(order.begin(), order.end(), [&](int i, int j) {
+      const double vi = own[i].violation, vj = own[j].violation;
+      return vi != vj ? vi < vj : worth[i] > worth[j];
+    });
+    for (int i = 0; i < members_ / 2; ++i) {
+      if (!Known(own[order[i]])) asked_.push_back(&own[order[i]]);
+    }
+  }
+
+  const SearchSpace& space_;
+  int members_;
+  Judge* judge_;
+  std::vector<double> worth_;
+  std::vector<std::vector<int>> orders_;
+  std::vector<Candidate*> asked_;
+};
+
 // All strategies side by side: one generation of each is judged together, in single precision: polishing does
 // the rest.
 std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candidate>& starts,
@@ -89,7 +144,7 @@ std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candid
                             search.seed + 1000 * i);
   }
   std::vector<Candidate> generation;
-  std::vector<int> order(search.members);
+  Ranking ranking(space, search.members, judge);
   std::vector<std::size_t> alive(strategies.size());
   std::iota(alive.begin(), alive.end(), std::size_t{0});
   for (int g = 0; g < search.generations; ++g) {
@@ -111,24 +166,14 @@ std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candid
     if (alive.empty()) break;
     const auto members = static_cast<int>(generation.size());
     judge->Frustum(generation.data(), members, BatchPrecision::kSingle);
-    judge->Sights(generation.data(), members, BatchPrecision::kSingle);
+    ranking.Rank(&generation);
     for (std::size_t a = 0; a < alive.size(); ++a) {
-      Candidate* own = generation.data() + a * search.members;
-      std::iota(order.begin(), order.end(), 0);
-      std::sort(order.begin(), order.end(), [&](int i, int j) {
-        const double vi = own[i].violation, vj = own[j].violation;
-        if (vi != vj) return vi < vj;
-        // A step back or over a bound makes no difference to what is judged: a little against drift.
-        const auto worth = [&](const Candidate& c) {
-          return c.merit - 0.01 * c.back - space.Excess(c.u);
-        };
-        return worth(own[i]) > worth(own[j]);
-      });
       Candidate& record = best[alive[a]];
+      const Candidate* own = generation.data() + a * search.members;
       for (int i = 0; i < search.members; ++i) {
-        if (Better(own[i], record)) record = own[i];
+        if (ranking.Known(own[i]) && Better(own[i], record)) record = own[i];
       }
-      strategies[alive[a]].Tell(order);
+      strategies[alive[a]].Tell(ranking.order(a));
     }
     if (told) {
       const Candidate& leader = *std::min_element(best.begin(), best.end(), Better);
@@ -138,6 +183,16 @@ std::vector<Candidate> Evolve(const SearchSpace& space, const std::vector<Candid
   judge->Frustum(best.data(), static_cast<int>(best.size()), BatchPrecision::kDouble);
   judge->Sights(best.data(), static_cast<int>(best.size()));
   return best;
+}
+
+// What rough polishing may leave, of the merit and as a share of an axis' range.
+constexpr double kRoughMerit = 1e-3;
+constexpr double kSamePlace = 1e-6;
+
+// Which of two polished cameras is better.
+bool Higher(const Polisher& a, const Polisher& b) {
+  if (a.keeps() != b.keeps()) return a.keeps();
+  return a.keeps() ? a.merit() > b.merit() : a.violation() < b.violation();
 }
 
 std::vector<ActiveLimit> ActiveLimits(const PlacementModel& model, const PlacedCamera& camera) {
@@ -278,17 +333,30 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
 
   const std::vector<Candidate> all_ends = ends;
   ends = Distinct(&ends, space, static_cast<std::size_t>(search.polished), 1e-4, &judge);
-  const auto better = [&](const PlacedCamera& a, const PlacedCamera& b) {
-    if (a.feasible != b.feasible) return a.feasible;
-    return a.feasible ? a.value > b.value : model.Violation(a.margins) < model.Violation(b.margins);
-  };
+  std::vector<Polisher> hills;
   for (std::size_t i = 0; i < ends.size(); ++i) {
-    const RigVector q_c = plan::Polish(model, space, ends[i].q_c, &judge.scorer());
-    const PlacedCamera placed = Place(model, q_c, &judge.scorer());
-    if (i == 0 || better(placed, result.best)) result.best = placed;
-    tell("polish", 0.8 + 0.2 * static_cast<double>(i + 1) / static_cast<double>(ends.size()),
+    hills.emplace_back(model, space, ends[i].q_c, &judge.scorer());
+    hills.back().Rough();
+    tell("polish", 0.8 + 0.18 * static_cast<double>(i + 1) / static_cast<double>(ends.size()),
          nullptr);
   }
+  std::sort(hills.begin(), hills.end(), Higher);
+  // The best to rounding, and what is as good within what rough polishing may leave but stands elsewhere.
+  std::vector<SearchVector> rough;
+  const double least = hills.front().merit() - kRoughMerit;
+  const bool kept = hills.front().keeps();
+  for (Polisher& hill : hills) {
+    const SearchVector u = space.FromRig(hill.q_c());
+    if (hill.keeps() != kept || (kept && hill.merit() < least)) continue;
+    const bool known = std::any_of(rough.begin(), rough.end(), [&](const SearchVector& other) {
+      return space.Distance(u, other) < kSamePlace;
+    });
+    rough.push_back(u);
+    if (!known) hill.Finish();
+  }
+  std::sort(hills.begin(), hills.end(), Higher);
+  result.best = Place(model, hills.front().q_c(), &judge.scorer());
+  tell("polish", 1.0, nullptr);
 
   result.start = Place(model, problem.q_c_start, &judge.scorer());
   if (result.best.feasible) {
@@ -296,10 +364,16 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
     result.warning = WarnOfWorstCase(model, space, result.best);
     // The least good of what is allowed: from the bad end of the grid.
     result.worst = result.best;
-    std::sort(grid.begin(), grid.end(), Better);
-    for (std::size_t i = grid.size(); i-- > 0;) {
-      if (grid[i].violation > 0.0) continue;
-      const PlacedCamera placed = Place(model, grid[i].q_c, &judge.scorer());
+    std::vector<const Candidate*> allowed;
+    for (const Candidate& c : grid) {
+      if (c.violation == 0.0) allowed.push_back(&c);
+    }
+    const auto higher = [](const Candidate* a, const Candidate* b) { return Better(*a, *b); };
+    std::make_heap(allowed.begin(), allowed.end(), higher);
+    while (!allowed.empty()) {
+      std::pop_heap(allowed.begin(), allowed.end(), higher);
+      const PlacedCamera placed = Place(model, allowed.back()->q_c, &judge.scorer());
+      allowed.pop_back();
       if (!placed.feasible) continue;
       result.worst = placed;
       break;

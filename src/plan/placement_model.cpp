@@ -238,15 +238,17 @@ void AppendSights(const PlacementProblem& problem, const ArmSample& sample,
   }
 }
 
-std::unique_ptr<BatchObstacles> ObstaclesOf(const PlacementProblem& problem, int first, int count,
-                                            double unit) {
-  if (!NeedsObstacles(problem)) return nullptr;
+BatchObstacles ObstaclesOf(const PlacementProblem& problem, int first, int count, double unit) {
   std::vector<BatchSight> sights;
   for (int i = first; i < first + count; ++i) {
     AppendSights(problem, problem.motion.samples[i], &sights);
   }
-  return std::make_unique<BatchObstacles>(std::move(sights), problem.limits.boxes,
-                                          problem.limits.max_incidence, unit);
+  return {std::move(sights), problem.limits.boxes, problem.limits.max_incidence, unit};
+}
+
+std::unique_ptr<BatchObstacles> ObstaclesOf(const PlacementProblem& problem, double unit) {
+  if (!NeedsObstacles(problem)) return nullptr;
+  return std::make_unique<BatchObstacles>(ObstaclesOf(problem, 0, problem.motion.size(), unit));
 }
 
 PlacementProblem Checked(PlacementProblem problem) {
@@ -257,8 +259,9 @@ PlacementProblem Checked(PlacementProblem problem) {
 }  // namespace
 
 struct PlacementModel::Lazy {
-  std::once_flag made;
+  std::once_flag views_made, obstacles_made;
   std::vector<SampleView> views;
+  std::vector<BatchObstacles> obstacles;
 };
 
 const char* Name(PlanLimit limit) noexcept {
@@ -287,7 +290,7 @@ PlacementModel::PlacementModel(PlacementProblem problem)
       centre_W_(Centre(problem_.motion)),
       scene_(SamplesOf(problem_), BatchBody::kRigid, problem_.rows, unit_),
       points_(PointsOf(problem_, 0, problem_.motion.size(), unit_)),
-      obstacles_(ObstaclesOf(problem_, 0, problem_.motion.size(), unit_)),
+      obstacles_(ObstaclesOf(problem_, unit_)),
       lazy_(std::make_unique<Lazy>()) {
   // A ball is inside a half space when its centre is by its radius; the margin of a point counts along the
   // optical axis.
@@ -349,14 +352,24 @@ std::string PlacementModel::NameOf(PlanLimit limit) const {
 }
 
 const std::vector<PlacementModel::SampleView>& PlacementModel::sample_views() const {
-  std::call_once(lazy_->made, [this] {
+  std::call_once(lazy_->views_made, [this] {
     for (int i = 0; i < problem_.motion.size(); ++i) {
       std::vector<BatchSample> one{SampleOf(problem_.objective, problem_.motion.samples[i], 1.0)};
       lazy_->views.push_back({BatchScene(std::move(one), BatchBody::kRigid, problem_.rows, unit_),
-                              PointsOf(problem_, i, 1, unit_), ObstaclesOf(problem_, i, 1, unit_)});
+                              PointsOf(problem_, i, 1, unit_)});
     }
   });
   return lazy_->views;
+}
+
+const std::vector<BatchObstacles>& PlacementModel::sample_obstacles() const {
+  std::call_once(lazy_->obstacles_made, [this] {
+    if (obstacles_ == nullptr) return;
+    for (int i = 0; i < problem_.motion.size(); ++i) {
+      lazy_->obstacles.push_back(ObstaclesOf(problem_, i, 1, unit_));
+    }
+  });
+  return lazy_->obstacles;
 }
 
 double DistanceToBox(const BatchBox& box, const Vector3d& p_W) noexcept {

@@ -21,6 +21,9 @@ constexpr double kNear = 0.2;        // limits within this share of the unit are
 constexpr double kNearSight = 0.06;  // the same of sights, which cost more to look at
 constexpr double kTrust = 0.08;      // one round moves at most this share of an axis' range
 constexpr int kRounds = 10;
+// Of one program: to choose between hills, and to the end.
+constexpr Tolerance kRough{1e-6, 1e-9};
+constexpr Tolerance kFine{1e-13, 1e-15};
 constexpr double kStep = 1e-6;       // of differences along an axis, as a share of its range
 constexpr double kPlaceStep = 1e-6;  // of differences by the camera's place, per unit
 // Limits are kept by this much more than needed [per unit]: what rounding takes.
@@ -101,7 +104,7 @@ class Program {
   }
 
   /// The optimum of the program within the trust region round u.
-  SearchVector Solve(const SearchVector& u) {
+  SearchVector Solve(const SearchVector& u, const Tolerance& tolerance) {
     const int d = space_.size();
     const int n = d + (worst_sample_ ? 1 : 0);
     nlopt::opt slsqp(nlopt::LD_SLSQP, n);
@@ -128,8 +131,8 @@ class Program {
       slsqp.add_inequality_mconstraint(&Program::Constraints, this,
                                        std::vector<double>(elements_.size(), 1e-13));
     }
-    slsqp.set_xtol_rel(1e-13);
-    slsqp.set_ftol_rel(1e-15);
+    slsqp.set_xtol_rel(tolerance.x);
+    slsqp.set_ftol_rel(tolerance.merit);
     slsqp.set_maxeval(80);
     try {
       double value = 0.0;
@@ -270,7 +273,7 @@ class Program {
     Sights& sights = sights_[sample];
     if (sights.known) return sights;
     sights.known = true;
-    evaluator_.CheckObstacles(*model_.sample_views()[sample].obstacles, places_, 0, places_.size(),
+    evaluator_.CheckObstacles(model_.sample_obstacles()[sample], places_, 0, places_.size(),
                               BatchPrecision::kDouble, &margins_);
     const auto P = static_cast<int>(model_.offsets().size());
     for (int i = 0; i * P < places_.size(); ++i) {
@@ -417,41 +420,94 @@ class Program {
 
 }  // namespace
 
+struct Polisher::State {
+  State(const PlacementModel& model, const SearchSpace& search_space, CameraScorer* scorer)
+      : space(search_space), program(model, search_space, scorer) {}
+
+  const SearchSpace& space;
+  Program program;
+  SearchVector u, best;
+  Program::Judged here, best_judged;
+};
+
+Polisher::Polisher(const PlacementModel& model, const SearchSpace& space, const RigVector& q_c,
+                   CameraScorer* scorer)
+    : state_(std::make_unique<State>(model, space, scorer)) {
+  state_->u = state_->best = space.FromRig(q_c);
+  state_->here = state_->best_judged = state_->program.Judge(state_->u);
+}
+
+Polisher::~Polisher() = default;
+Polisher::Polisher(Polisher&&) noexcept = default;
+Polisher& Polisher::operator=(Polisher&&) noexcept = default;
+
+Polisher::Step Polisher::Round(const Tolerance& tolerance) {
+  State& s = *state_;
+  s.program.Choose(s.u, s.here.margins);
+  const SearchVector next = s.program.Solve(s.u, tolerance);
+  Program::Judged there = s.program.Judge(next);
+  s.here = there;
+  Step step;
+  step.moved = s.space.Distance(s.u, next);
+  step.kept = there.keeps;
+  SearchVector at = next;
+  if (!there.keeps && s.best_judged.keeps) {
+    // Short of a limit that was not in the program, or of rounding: some of the way is allowed.
+    for (double share = 1e-9; share < 0.5 && !there.keeps; share *= 30.0) {
+      at = next + share * (s.best - next);
+      there = s.program.Judge(at);
+    }
+  }
+  const bool better = there.keeps
+                          ? !s.best_judged.keeps || there.merit > s.best_judged.merit
+                          : !s.best_judged.keeps && there.violation < s.best_judged.violation;
+  if (better && s.best_judged.keeps) step.gain = there.merit - s.best_judged.merit;
+  if (better) {
+    s.best = at;
+    s.best_judged = there;
+  }
+  s.u = next;
+  return step;
+}
+
+void Polisher::Rough() {
+  if (state_->space.size() == 0) return;
+  for (int round = 0; round < kRounds; ++round) {
+    const Step step = Round(kRough);
+    if (step.kept && step.moved < 0.99 * kTrust) break;
+  }
+}
+
+void Polisher::Finish() {
+  if (state_->space.size() == 0) return;
+  for (int round = 0; round < kRounds; ++round) {
+    const Step step = Round(kFine);
+    if (step.moved < 1e-11) break;
+    if (step.kept && step.gain && *step.gain < 1e-12) break;
+  }
+}
+
+RigVector Polisher::q_c() const {
+  return state_->space.ToRig(state_->best);
+}
+
+bool Polisher::keeps() const noexcept {
+  return state_->best_judged.keeps;
+}
+
+double Polisher::merit() const noexcept {
+  return state_->best_judged.merit;
+}
+
+double Polisher::violation() const noexcept {
+  return state_->best_judged.violation;
+}
+
 RigVector Polish(const PlacementModel& model, const SearchSpace& space, const RigVector& q_c,
                  CameraScorer* scorer) {
-  if (space.size() == 0) return q_c;
-  Program program(model, space, scorer);
-  SearchVector u = space.FromRig(q_c);
-  Program::Judged here = program.Judge(u);
-  SearchVector best = u;
-  Program::Judged best_judged = here;
-  for (int round = 0; round < kRounds; ++round) {
-    program.Choose(u, here.margins);
-    const SearchVector next = program.Solve(u);
-    Program::Judged there = program.Judge(next);
-    const double moved = space.Distance(u, next);
-    SearchVector at = next;
-    if (!there.keeps && best_judged.keeps) {
-      // Short of a limit that was not in the program, or of rounding: some of the way is allowed.
-      for (double share = 1e-9; share < 0.5 && !there.keeps; share *= 30.0) {
-        at = next + share * (best - next);
-        there = program.Judge(at);
-      }
-    }
-    const bool better = there.keeps ? !best_judged.keeps || there.merit > best_judged.merit
-                                    : !best_judged.keeps && there.violation < best_judged.violation;
-    const double gain = there.merit - best_judged.merit;
-    const bool was_kept = best_judged.keeps;
-    if (better) {
-      best = at;
-      best_judged = there;
-    }
-    u = next;
-    here = program.Judge(u);
-    if (moved < 1e-11) break;
-    if (better && was_kept && gain < 1e-12 && here.keeps) break;
-  }
-  return space.ToRig(best);
+  Polisher polisher(model, space, q_c, scorer);
+  polisher.Finish();
+  return polisher.q_c();
 }
 
 }  // namespace vantage::plan

@@ -78,8 +78,9 @@ const std::vector<SampleJudge::Worth>& SampleJudge::Judge(int sample,
   const auto count = static_cast<int>(places.size());
   evaluator_.Score(view.scene, cameras_, 0, count, problem.lens, problem.objective.measure,
                    BatchPrecision::kDouble, false, &scores_);
-  if (view.obstacles) {
-    evaluator_.CheckObstacles(*view.obstacles, cameras_, 0, count, BatchPrecision::kDouble,
+  const std::vector<BatchObstacles>& obstacles = model_.sample_obstacles();
+  if (!obstacles.empty()) {
+    evaluator_.CheckObstacles(obstacles[sample], cameras_, 0, count, BatchPrecision::kDouble,
                               &margins_);
   }
   evaluations_ += count;
@@ -88,8 +89,8 @@ const std::vector<SampleJudge::Worth>& SampleJudge::Judge(int sample,
     PlanMargins m{margins_.near[i],
                   margins_.far[i],
                   margins_.image[i],
-                  view.obstacles ? margins_.occlusion[i] : kInfinity,
-                  view.obstacles ? margins_.facing[i] : kInfinity,
+                  obstacles.empty() ? kInfinity : margins_.occlusion[i],
+                  obstacles.empty() ? kInfinity : margins_.facing[i],
                   kInfinity};
     for (const BatchBox& box : problem.limits.keep_out) {
       Tighten(PlanLimit::kKeepOut, DistanceToBox(box, places[i]) - problem.limits.clearance, &m);

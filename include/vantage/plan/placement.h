@@ -20,7 +20,7 @@ struct PlacementSearch {
   int starts{0};          ///< Evolution strategies; 0: 16 or 128.
   int members{0};         ///< Of a generation of each; 0: 16 or 24.
   int generations{0};     ///< 0: 24 or 80.
-  int polished{4};        ///< Best ends that are polished.
+  int polished{6};        ///< Best ends that are polished.
   std::uint64_t seed{1};  ///< Of the evolution strategies' random numbers.
 };
 

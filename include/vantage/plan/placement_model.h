@@ -167,12 +167,14 @@ class PlacementModel {
 
   /// One sample of the motion by itself: its scene weighs 1.
   struct SampleView {
-    BatchScene scene;                           ///< Points that are measured, at that sample alone.
-    std::unique_ptr<BatchScene> points;         ///< Null: those of the scene.
-    std::unique_ptr<BatchObstacles> obstacles;  ///< Null: nothing can hide a marker.
+    BatchScene scene;                    ///< Points that are measured, at that sample alone.
+    std::unique_ptr<BatchScene> points;  ///< Null: those of the scene.
   };
   /// Made when first asked for.
   [[nodiscard]] const std::vector<SampleView>& sample_views() const;
+  /// What can hide a marker at each sample; empty where nothing can. Made when first asked for, which takes a
+  /// small part of the time that sample_views() take.
+  [[nodiscard]] const std::vector<BatchObstacles>& sample_obstacles() const;
 
  private:
   PlacementProblem problem_;
