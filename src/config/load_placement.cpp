@@ -237,10 +237,12 @@ PlacementSearch LoadSearch(const Section& section) {
     return static_cast<int>(section.Integer(key, fallback == 0 ? 0 : 1, most, fallback, help));
   };
   search.grid = count("grid", 10000000, 0, "Cameras scored at first; 0: by the free axes.");
-  search.starts = count("starts", 4096, 0, "Evolution strategies; 0: by the free axes.");
-  search.members = count("members", 4096, 0, "Of a generation of each; 0: by the free axes.");
+  search.starts = count("starts", 4096, 0, "Hills that are climbed; 0: by the free axes.");
+  search.members =
+      count("members", 4096, 0, "Of a generation of an evolution strategy; 0: by the free axes.");
   if (search.members > 0 && search.members < 4) section.Fail("members", "must be 0 or >= 4");
-  search.generations = count("generations", 100000, 0, "Generations; 0: by the free axes.");
+  search.generations =
+      count("generations", 100000, 0, "Of the evolution; 0: by the free axes and the objective.");
   search.polished = count("polished", 4096, search.polished, "Ends that are polished.");
   search.seed = static_cast<std::uint64_t>(
       section.Integer("seed", 0, 1000000000, 1, "Of the search's random numbers."));

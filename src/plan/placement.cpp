@@ -21,27 +21,43 @@ using plan::Candidate;
 using plan::CmaEs;
 using plan::Distinct;
 using plan::Judge;
-using plan::kInfinity;
 using plan::Place;
 using plan::Polisher;
 using plan::SearchSpace;
 using plan::SearchVector;
 using plan::SpreadOut;
 
-// Starts of evolution strategies are this far apart along some axis, as a share of its range.
+// Starts are this far apart along some axis, as a share of its range.
 constexpr double kApart = 0.1;
 
-PlacementSearch Effort(PlacementSearch search, int free_axes) {
-  const bool few = free_axes <= 4;
+// With more free axes the slope leads up a hill in fewer steps than an evolution strategy takes.
+constexpr int kFewAxes = 4;
+
+// Volumes have slopes; singular values that change places and the least of samples have edges, on which a climb
+// from afar gets stuck.
+bool IsSmooth(const PlanObjective& objective) {
+  const bool volume =
+      objective.measure == BatchMeasure::kW || objective.measure == BatchMeasure::kLogW;
+  return volume && objective.aggregate == PlanAggregate::kIntegral;
+}
+
+struct Effort {
+  PlacementSearch search;  // nothing left open
+  bool climbs;             // by slopes where it can
+};
+
+Effort EffortOf(PlacementSearch search, const PlanObjective& objective, int free_axes) {
+  const bool few = free_axes <= kFewAxes;
+  const bool climbs = !few && search.generations == 0 && IsSmooth(objective);
   const auto fill = [](int* value, int fallback) {
     if (*value == 0) *value = fallback;
   };
   fill(&search.grid, few ? 2560 : 40960);
-  fill(&search.starts, few ? 16 : 128);
+  fill(&search.starts, few ? 16 : climbs ? 192 : 128);
   fill(&search.members, few ? 16 : 24);
   fill(&search.generations, few ? 24 : 80);
   search.polished = std::max(1, search.polished);
-  return search;
+  return {search, climbs};
 }
 
 // The first grid: where stepping back makes a camera the nearest that its direction allows, half the
@@ -290,7 +306,7 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
                             const PlanProgress& progress) {
   const PlacementProblem& problem = model.problem();
   const SearchSpace space(problem.rig, problem.q_c_start);
-  const PlacementSearch search = Effort(effort, space.size());
+  const auto [search, climbs] = EffortOf(effort, problem.objective, space.size());
   Judge judge(model, space);
   PlacementResult result;
   const auto tell = [&](const char* stage, double share, const Candidate* best) {
@@ -313,13 +329,14 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
 
   std::vector<Candidate> ends = Distinct(&grid, space, static_cast<std::size_t>(search.starts),
                                          kApart, &judge, BatchPrecision::kSingle);
-  if (space.size() > 0) {
+  const auto keeps = [](const Candidate& c) { return c.violation == 0.0; };
+  // A slope needs limits that are kept to start from.
+  const bool climb = climbs && std::all_of(ends.begin(), ends.end(), keeps);
+  if (space.size() > 0 && !climb) {
     ends = Evolve(space, ends, search, 0.06, &judge, [&](double share, const Candidate& best) {
       tell("evolution", 0.1 + 0.7 * share, &best);
     });
-    const bool found = std::any_of(ends.begin(), ends.end(),
-                                   [](const Candidate& c) { return c.violation == 0.0; });
-    if (!found) {
+    if (std::none_of(ends.begin(), ends.end(), keeps)) {
       // Once more, wider: from the least violations of a grid eight times as fine.
       grid = SpreadOut(space, 8 * search.grid, search.grid);
       judge.Frustum(grid.data(), static_cast<int>(grid.size()), BatchPrecision::kDouble);
@@ -332,12 +349,25 @@ PlacementResult PlaceCamera(const PlacementModel& model, const PlacementSearch& 
   }
 
   const std::vector<Candidate> all_ends = ends;
-  ends = Distinct(&ends, space, static_cast<std::size_t>(search.polished), 1e-4, &judge);
+  const auto polished = static_cast<std::size_t>(search.polished);
+  if (!climb) ends = Distinct(&ends, space, polished, 1e-4, &judge);
   std::vector<Polisher> hills;
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    hills.emplace_back(model, space, ends[i].q_c, &judge.scorer());
-    hills.back().Rough();
-    tell("polish", 0.8 + 0.18 * static_cast<double>(i + 1) / static_cast<double>(ends.size()),
+  hills.reserve(ends.size());
+  for (const Candidate& end : ends) hills.emplace_back(model, space, end.q_c, &judge.scorer());
+  if (climb) {
+    for (std::size_t i = 0; i < hills.size(); ++i) {
+      hills[i].Coarse();
+      tell("climb", 0.1 + 0.7 * static_cast<double>(i + 1) / static_cast<double>(hills.size()),
+           nullptr);
+    }
+    std::sort(hills.begin(), hills.end(), Higher);
+    // Twice as many as are polished otherwise, for these heights are not exact.
+    hills.erase(hills.begin() + static_cast<std::ptrdiff_t>(std::min(hills.size(), 2 * polished)),
+                hills.end());
+  }
+  for (std::size_t i = 0; i < hills.size(); ++i) {
+    hills[i].Rough();
+    tell("polish", 0.8 + 0.15 * static_cast<double>(i + 1) / static_cast<double>(hills.size()),
          nullptr);
   }
   std::sort(hills.begin(), hills.end(), Higher);

@@ -21,7 +21,8 @@ constexpr double kNear = 0.2;        // limits within this share of the unit are
 constexpr double kNearSight = 0.06;  // the same of sights, which cost more to look at
 constexpr double kTrust = 0.08;      // one round moves at most this share of an axis' range
 constexpr int kRounds = 10;
-// Of one program: to choose between hills, and to the end.
+// Of one program: to see which hills are worth more, to choose between these, and to the end.
+constexpr Tolerance kCoarse{1e-2, 1e-3};
 constexpr Tolerance kRough{1e-6, 1e-9};
 constexpr Tolerance kFine{1e-13, 1e-15};
 constexpr double kStep = 1e-6;       // of differences along an axis, as a share of its range
@@ -231,6 +232,7 @@ class Program {
 
   // ---- Values and derivatives
 
+  // The camera at u, and moved each way along each axis.
   std::vector<Isometry3d> Differences(const SearchVector& u) const {
     std::vector<Isometry3d> poses{RigPose(space_.rig(), space_.ToRigFreely(u))};
     for (int i = 0; i < space_.size(); ++i) {
@@ -241,6 +243,11 @@ class Program {
       }
     }
     return poses;
+  }
+
+  // Derivative by u(i) of merits at Differences().
+  static double SlopeOf(const std::vector<double>& merits, int i) {
+    return (merits[2 * i + 1] - merits[2 * i + 2]) / (2.0 * kStep);
   }
 
   std::vector<double> SampleMerits(int sample, const BatchCameras& cameras) {
@@ -298,15 +305,18 @@ class Program {
       }
       return x[d];
     }
-    scorer_->Load(Differences(Eigen::Map<const Eigen::VectorXd>(x, d)));
-    scorer_->Scores(BatchPrecision::kDouble, &scores_);
-    if (gradient != nullptr) {
-      for (int i = 0; i < d; ++i) {
-        gradient[i] =
-            (model_.Merit(scores_[2 * i + 1]) - model_.Merit(scores_[2 * i + 2])) / (2.0 * kStep);
-      }
+    const SearchVector u = Eigen::Map<const Eigen::VectorXd>(x, d);
+    if (gradient == nullptr) {
+      scorer_->Load({RigPose(space_.rig(), space_.ToRigFreely(u))});
+    } else {
+      scorer_->Load(Differences(u));
     }
-    return model_.Merit(scores_[0]);
+    scorer_->Scores(BatchPrecision::kDouble, &scores_);
+    for (double& score : scores_) score = model_.Merit(score);
+    if (gradient != nullptr) {
+      for (int i = 0; i < d; ++i) gradient[i] = SlopeOf(scores_, i);
+    }
+    return scores_[0];
   }
 
   static void Constraints(unsigned m, double* result, unsigned n, const double* x, double* gradient,
@@ -322,6 +332,12 @@ class Program {
     const RigJacobianMatrix J = RigJacobian(space_.rig(), q_c);
     by_u_.resize(6, d);
     for (int i = 0; i < d; ++i) by_u_.col(i) = space_.range(i) * J.col(space_.axis(i));
+    views_.resize(model_.offsets().size());
+    for (std::size_t o = 0; o < views_.size(); ++o) {
+      const Isometry3d& offset = model_.offsets()[o];
+      views_[o].X_CW = (X_WC_ * offset).inverse();
+      views_[o].by_u.noalias() = AdjointMap(offset.inverse()) * by_u_ / model_.unit();
+    }
     LoadPlaces(Places());
     if (worst_sample_) {
       const std::vector<Isometry3d> poses = Differences(u);
@@ -364,15 +380,13 @@ class Program {
   double ValueOf(const Element& element, const double* x, RowVector* slope) {
     switch (element.kind) {
       case Element::Kind::kHalfSpace: {
-        const Isometry3d& offset = model_.offsets()[element.offset];
-        const PlacedMarker& marker = model_.marker(element.sample, element.point);
-        const Vector3d p = (X_WC_ * offset).inverse() * marker.p_W;
+        const View& view = views_[element.offset];
+        const Vector3d p = view.X_CW * model_.marker(element.sample, element.point).p_W;
         const HalfSpace& half = frustum_[element.index];
         // The point moves by -(v + ω × p) in the frame of the displaced camera.
         Eigen::Matrix<double, 1, 6> by_twist;
         by_twist << -half.a.transpose(), half.a.cross(p).transpose();
-        slope->head(space_.size()) =
-            by_twist * AdjointMap(offset.inverse()) * by_u_ / model_.unit();
+        slope->head(space_.size()).noalias() = by_twist * view.by_u;
         return (half.a.dot(p) + half.b) / model_.unit() - kReserve;
       }
       case Element::Kind::kHidden:
@@ -396,9 +410,7 @@ class Program {
     }
     const std::vector<double> merits = SampleMerits(element.sample, differences_);
     const int d = space_.size();
-    for (int i = 0; i < d; ++i) {
-      (*slope)(i) = (merits[2 * i + 1] - merits[2 * i + 2]) / (2.0 * kStep);
-    }
+    for (int i = 0; i < d; ++i) (*slope)(i) = SlopeOf(merits, i);
     (*slope)(d) = -1.0;
     return merits[0] - x[d];
   }
@@ -412,6 +424,11 @@ class Program {
   std::vector<Element> elements_;
   Isometry3d X_WC_{Isometry3d::Identity()};
   SearchJacobian by_u_;
+  struct View {  // of the camera with one offset
+    Isometry3d X_CW;
+    SearchJacobian by_u;  // twist by u, per unit
+  };
+  std::vector<View> views_;
   BatchCameras places_, differences_;
   BatchMargins margins_;
   std::vector<Sights> sights_;
@@ -470,10 +487,18 @@ Polisher::Step Polisher::Round(const Tolerance& tolerance) {
   return step;
 }
 
+void Polisher::Coarse() {
+  Settle(kCoarse);
+}
+
 void Polisher::Rough() {
+  Settle(kRough);
+}
+
+void Polisher::Settle(const Tolerance& tolerance) {
   if (state_->space.size() == 0) return;
   for (int round = 0; round < kRounds; ++round) {
-    const Step step = Round(kRough);
+    const Step step = Round(tolerance);
     if (step.kept && step.moved < 0.99 * kTrust) break;
   }
 }

@@ -8,10 +8,10 @@
 
 namespace vantage::plan {
 
-/// When one program of a polish is solved, relative.
+/// Relative changes that end one program of a polish.
 struct Tolerance {
-  double x;
-  double merit;
+  double x;      ///< Of the place.
+  double merit;  ///< Of what is made great.
 };
 
 /// The local optimum near a camera by sequential quadratic programming over the limits that are near, in rounds.
@@ -28,7 +28,9 @@ class Polisher {
   Polisher(Polisher&&) noexcept;
   Polisher& operator=(Polisher&&) noexcept;
 
-  /// Near enough to tell which of several hills is the highest.
+  /// Up the hill, near enough to tell which of many hills may be the highest.
+  void Coarse();
+  /// Near enough to tell which of a few is.
   void Rough();
   /// To rounding.
   void Finish();
@@ -46,6 +48,7 @@ class Polisher {
     std::optional<double> gain;  // in merit, where one allowed camera took another's place
   };
   Step Round(const Tolerance& tolerance);
+  void Settle(const Tolerance& tolerance);
 
   struct State;
   std::unique_ptr<State> state_;

@@ -172,6 +172,15 @@ TEST(PlacementModel, RefusesDepthsInTheWrongOrderWithBoth) {
   EXPECT_NE(error.find("1.000000 m and 2.000000 m"), std::string::npos) << error;
 }
 
+TEST(PlacementModel, HasObstaclesOfEverySampleOrNone) {
+  PlacementProblem problem = PumaProblem(3, 16);
+  EXPECT_EQ(PlacementModel(problem).sample_obstacles().size(), 16U);
+  problem.limits.occlusion = false;
+  EXPECT_EQ(PlacementModel(problem).sample_obstacles().size(), 16U);  // its markers have a face
+  problem.limits.max_incidence = kPi;
+  EXPECT_TRUE(PlacementModel(problem).sample_obstacles().empty());
+}
+
 TEST(PlacementWorstCase, OfAsManyRowsAsJointsIsSpurious) {
   PlacementProblem problem = PumaProblem(3);
   problem.objective.aggregate = PlanAggregate::kWorst;
@@ -377,6 +386,21 @@ TEST(PlacementRigs, AFreeCameraIsAtLeastAsGoodAsOneOnASphere) {
   const PlacementResult free = PlaceCamera(PlacementModel(problem), search);
   ASSERT_TRUE(free.best.feasible);
   EXPECT_GT(free.best.value, (1.0 - 1e-3) * sphere.best.value);
+}
+
+TEST(PlacementRigs, OnSixAxesTheClimbIsAsGoodAsTheEvolutionAndTheSameAgain) {
+  PlacementProblem problem = PumaProblem(6, 16);
+  for (const char* name : {"pan", "tilt"}) problem.rig.axes.push_back({name, -0.4, 0.4, 1.0, 1.0});
+  problem.q_c_start.conservativeResize(6);
+  problem.q_c_start.tail<2>().setZero();
+  const PlacementModel model(problem);
+  const PlacementResult climbed = PlaceCamera(model);
+  ASSERT_TRUE(climbed.best.feasible);
+  EXPECT_EQ(PlaceCamera(model).best.q_c, climbed.best.q_c);
+  PlacementSearch evolution;
+  evolution.generations = 80;
+  evolution.starts = 32;
+  EXPECT_GT(climbed.best.value, (1.0 - 1e-3) * PlaceCamera(model, evolution).best.value);
 }
 
 TEST(PlacementRigs, AFixedCameraIsJudged) {

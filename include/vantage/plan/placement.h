@@ -16,11 +16,14 @@ namespace vantage {
 /// Effort of a search. The defaults reach the global optimum of the benchmark's instances; they grow
 /// with the number of free axes where they are 0.
 struct PlacementSearch {
-  int grid{0};            ///< Cameras scored at first; 0: 2560 for up to 4 free axes, else 40960.
-  int starts{0};          ///< Evolution strategies; 0: 16 or 128.
-  int members{0};         ///< Of a generation of each; 0: 16 or 24.
-  int generations{0};     ///< 0: 24 or 80.
-  int polished{6};        ///< Best ends that are polished.
+  int grid{0};     ///< Cameras scored at first; 0: 2560 for up to 4 free axes, else 40960.
+  int starts{0};   ///< Hills that are climbed; 0: 16, or 192 by slopes, or 128 by evolution.
+  int members{0};  ///< Of a generation of an evolution strategy; 0: 16 or 24.
+  /// Of the evolution; 0: 24 or 80, but none with more than 4 free axes where slopes lead up: the integral of w or
+  /// log w, from starts that all keep the limits.
+  int generations{0};
+  /// Best ends that are polished; twice as many of hills that were climbed by slopes.
+  int polished{6};
   std::uint64_t seed{1};  ///< Of the evolution strategies' random numbers.
 };
 
