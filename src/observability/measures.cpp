@@ -674,19 +674,18 @@ class BodyMetric {
   Eigen::Matrix3d inertia_{Eigen::Matrix3d::Zero()};
 };
 
-// J_r v_i for the first `count` directions v_i: the twists of E that they stand for.
-ArmJacobian TwistsAlong(const ArmJacobian& J_r, const TaskJacobian& directions,
-                        int count) noexcept {
-  ArmJacobian twists(6, count);
-  for (int i = 0; i < count; ++i) {
-    Twist twist = J_r.col(0) * directions(0, i);
-    for (int j = 1; j < J_r.cols(); ++j) twist += J_r.col(j) * directions(j, i);
+}  // namespace
+
+ArmJacobian TwistsOf(const SingularSystem& composite, const ArmJacobian& J_r) noexcept {
+  const TaskJacobian& V = composite.directions;
+  ArmJacobian twists(6, V.cols());
+  for (int i = 0; i < V.cols(); ++i) {
+    Twist twist = J_r.col(0) * V(0, i);
+    for (int j = 1; j < J_r.cols(); ++j) twist += J_r.col(j) * V(j, i);
     twists.col(i) = twist;
   }
   return twists;
 }
-
-}  // namespace
 
 LowCause DiagnoseLowMeasure(const SingularSystem& composite,
                             const std::vector<PointJacobian>& points, int rows_needed,
@@ -702,14 +701,13 @@ LowCause DiagnoseLowMeasure(const SingularSystem& composite,
 }
 
 LowCause DiagnoseLowMeasure(const SingularSystem& composite, const ArmJacobian& J_r,
-                            const std::vector<Eigen::Vector3d>& p_EP_W, int rows_needed,
-                            bool low) noexcept {
+                            const ArmJacobian& twists, const std::vector<Eigen::Vector3d>& p_EP_W,
+                            int rows_needed, bool low) noexcept {
   if (TooFewSeen(composite, rows_needed) || p_EP_W.empty()) return LowCause::kFeatures;
   if (!low) return LowCause::kNone;
   const BodyMetric metric(p_EP_W);
   const auto n = static_cast<int>(J_r.cols());
-  const int s = composite.measure.size();
-  const JointMatrix seen = metric.Gram(TwistsAlong(J_r, composite.directions, s));
+  const JointMatrix seen = metric.Gram(twists);
   double trace = 0.0;
   if (composite.measure.rank == std::min(n, kTaskDimension)) {
     trace = seen.trace();  // the directions are all that joints can do to E
@@ -741,11 +739,7 @@ class RigidMotions {
   void Set(int i, const Twist& twist) noexcept { rows_.col(i) = twist; }
   // B Bᵀ of the velocities B of a point, a column for each twist.
   [[nodiscard]] Eigen::Matrix3d SquaredAt(const Eigen::Vector3d& p) const noexcept {
-    // Row by row: twists of one component in lanes.
-    using Row = Eigen::Matrix<double, 1, kTaskDimension>;
-    const Row x = rows_.row(0) + p.z() * rows_.row(4) - p.y() * rows_.row(5);
-    const Row y = rows_.row(1) + p.x() * rows_.row(5) - p.z() * rows_.row(3);
-    const Row z = rows_.row(2) + p.y() * rows_.row(3) - p.x() * rows_.row(4);
+    const Row x = X(p), y = Y(p), z = Z(p);
     Eigen::Matrix3d S;
     S(0, 0) = x.squaredNorm();
     S(1, 1) = y.squaredNorm();
@@ -755,8 +749,24 @@ class RigidMotions {
     S(1, 2) = S(2, 1) = y.dot(z);
     return S;
   }
+  // Its trace.
+  [[nodiscard]] double TotalAt(const Eigen::Vector3d& p) const noexcept {
+    return (X(p).cwiseAbs2() + Y(p).cwiseAbs2() + Z(p).cwiseAbs2()).sum();
+  }
 
  private:
+  // Row by row: twists of one component in lanes.
+  using Row = Eigen::Matrix<double, 1, kTaskDimension>;
+  [[nodiscard]] Row X(const Eigen::Vector3d& p) const noexcept {
+    return rows_.row(0) + p.z() * rows_.row(4) - p.y() * rows_.row(5);
+  }
+  [[nodiscard]] Row Y(const Eigen::Vector3d& p) const noexcept {
+    return rows_.row(1) + p.x() * rows_.row(5) - p.z() * rows_.row(3);
+  }
+  [[nodiscard]] Row Z(const Eigen::Vector3d& p) const noexcept {
+    return rows_.row(2) + p.y() * rows_.row(3) - p.x() * rows_.row(4);
+  }
+
   Eigen::Matrix<double, 6, kTaskDimension, Eigen::RowMajor> rows_ =
       Eigen::Matrix<double, 6, kTaskDimension, Eigen::RowMajor>::Zero();
 };
@@ -808,6 +818,7 @@ double WorstMillimetresPerPixel(const SingularSystem& composite,
 }
 
 double WorstMillimetresPerPixel(const SingularSystem& composite, const ArmJacobian& J_r,
+                                const ArmJacobian& twists,
                                 const std::vector<Eigen::Vector3d>& p_EP_W) noexcept {
   const Measure& seen = composite.measure;
   if (seen.size() == 0) return p_EP_W.empty() ? 0.0 : kInfinity;
@@ -819,7 +830,6 @@ double WorstMillimetresPerPixel(const SingularSystem& composite, const ArmJacobi
   const bool leaves = rank < std::min(n, kTaskDimension);
   ArmJacobian unseen(6, 0);
   if (leaves) unseen = J_r;
-  const ArmJacobian twists = TwistsAlong(J_r, composite.directions, rank);
   for (int i = 0; i < rank; ++i) {
     by_pixel.Set(i, twists.col(i) / seen.sigma(i));
     for (int j = 0; j < unseen.cols(); ++j) {
@@ -831,8 +841,20 @@ double WorstMillimetresPerPixel(const SingularSystem& composite, const ArmJacobi
       if (SquaredMotion(unseen, p) > kUnseen * SquaredMotion(J_r, p)) return kInfinity;
     }
   }
-  double worst = 0.0;
+  // The point that is moved most comes first: mostly it is the worst, and a bound is enough for the others.
+  if (p_EP_W.empty()) return 0.0;
+  const Eigen::Vector3d* first = p_EP_W.data();
+  double most = -1.0;
   for (const Eigen::Vector3d& p : p_EP_W) {
+    const double moved = by_pixel.TotalAt(p);
+    if (moved > most) {
+      most = moved;
+      first = &p;
+    }
+  }
+  double worst = LargestEigenvalue(by_pixel.SquaredAt(*first));
+  for (const Eigen::Vector3d& p : p_EP_W) {
+    if (&p == first) continue;
     const Eigen::Matrix3d BBt = by_pixel.SquaredAt(p);
     if (!IsBelow(BBt, worst)) worst = std::max(worst, LargestEigenvalue(BBt));
   }

@@ -672,13 +672,14 @@ void Servo::ReportMeasures() noexcept {
   for (std::size_t i = 0; i < view.markers.size(); ++i) {
     p_EM_W_[i] = kinematics_.X_WE.linear() * view.markers[i].p;
   }
-  report.mm_per_px = WorstMillimetresPerPixel(system, J_r, p_EM_W_);
-  remaining_mm_ = RemainingMillimetres(system);
+  const ArmJacobian twists = TwistsOf(system, J_r);
+  report.mm_per_px = WorstMillimetresPerPixel(system, J_r, twists, p_EM_W_);
+  remaining_mm_ = RemainingMillimetres(system, twists);
   report.trigger_measure = trigger_.measure;
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
   const bool low = report.trigger_value < trigger_.threshold;
-  report.cause = DiagnoseLowMeasure(system, J_r, p_EM_W_, RowsNeeded(), low);
+  report.cause = DiagnoseLowMeasure(system, J_r, twists, p_EM_W_, RowsNeeded(), low);
 }
 
 // The error as it is judged: without the noise of single images.
@@ -693,14 +694,13 @@ void Servo::AverageError() noexcept {
 
 // The joint motion that the image error stands for, and how far it moves the markers [mm]. Directions
 // that the image does not show are left out: the view's certificate answers for them.
-double Servo::RemainingMillimetres(const SingularSystem& system) const noexcept {
-  JointVector dq = JointVector::Zero(q_.size());
+double Servo::RemainingMillimetres(const SingularSystem& system,
+                                   const ArmJacobian& twists) const noexcept {
+  Twist V_WE_W = Twist::Zero();
   for (int i = 0; i < system.measure.rank; ++i) {
     const double sigma = system.measure.sigma(i);
-    dq += (system.axes.col(i).dot(mean_error_) / (sigma * sigma)) * system.directions.col(i);
+    V_WE_W += (system.axes.col(i).dot(mean_error_) / (sigma * sigma)) * twists.col(i);
   }
-  Twist V_WE_W = Twist::Zero();
-  for (Eigen::Index i = 0; i < dq.size(); ++i) V_WE_W += dq(i) * output_.J_r.col(i);
   double worst = 0.0;  // squared
   for (const Vector3d& p_EM_W : p_EM_W_) {
     worst = std::max(worst, (V_WE_W.head<3>() + V_WE_W.tail<3>().cross(p_EM_W)).squaredNorm());

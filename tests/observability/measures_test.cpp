@@ -563,10 +563,11 @@ TEST(DiagnoseLowMeasure, IsTheSameOfPointsOfOneBody) {
     }
     const SingularSystem composite = Decompose(J_v * J_r);
     const LowCause cause = DiagnoseLowMeasure(composite, points, 1, true);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, p, 1, true), cause);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, p, 1, false), LowCause::kNone);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, p, 12, true), LowCause::kFeatures);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, {}, 1, true), LowCause::kFeatures);
+    const ArmJacobian twists = TwistsOf(composite, J_r);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, p, 1, true), cause);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, p, 1, false), LowCause::kNone);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, p, 12, true), LowCause::kFeatures);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, {}, 1, true), LowCause::kFeatures);
     ++count[static_cast<std::size_t>(cause)];
   }
   EXPECT_GT(count[static_cast<std::size_t>(LowCause::kArm)], 20);
@@ -687,7 +688,7 @@ TEST(WorstMillimetresPerPixel, OfOneBodyIsThatOfItsPoints) {
         by_point.push_back(PointJacobianOf(J_r, points.back()));
       }
       const double expected = WorstMillimetresPerPixel(system, by_point);
-      const double worst = WorstMillimetresPerPixel(system, J_r, points);
+      const double worst = WorstMillimetresPerPixel(system, J_r, TwistsOf(system, J_r), points);
       if (std::isinf(expected)) {
         EXPECT_EQ(worst, expected) << k << "x" << n;
       } else {

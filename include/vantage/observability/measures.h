@@ -243,6 +243,12 @@ struct Coupling {
 [[nodiscard]] PointJacobian PointJacobianOf(const ArmJacobian& J_r,
                                             const Eigen::Vector3d& p_EP_W) noexcept;
 
+/// J_r v_i for every direction v_i of J_c: the twists of E, in world axes, that they stand for (6×s, a unit of joint
+/// motion each). What the measures of points of the end effector share. Real-time safe.
+/// @pre J_r has as many columns as J_c, at least one.
+[[nodiscard]] ArmJacobian TwistsOf(const SingularSystem& composite,
+                                   const ArmJacobian& J_r) noexcept;
+
 /// Finds the cause of a low w_c before a camera moves (docs/paper.md): what could any view see? All that a
 /// camera has to go by is how the joints move the points, so the arm is the cause
 /// - when the points together do not move in as many directions as J_c has singular values: w_c is 0 for
@@ -265,8 +271,10 @@ struct Coupling {
                                           bool low) noexcept;
 
 /// The same for points fixed to the end effector, whose Jacobians share J_r: faster.
+/// @param twists  TwistsOf(composite, J_r).
 /// @param p_EP_W  From E's origin to each point, in world axes [m].
 [[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite, const ArmJacobian& J_r,
+                                          const ArmJacobian& twists,
                                           const std::vector<Eigen::Vector3d>& p_EP_W,
                                           int rows_needed, bool low) noexcept;
 
@@ -282,9 +290,10 @@ struct Coupling {
                                               const std::vector<PointJacobian>& points) noexcept;
 
 /// The same for points fixed to the end effector, whose Jacobians share J_r: faster.
+/// @param twists  TwistsOf(composite, J_r).
 /// @param p_EP_W  From E's origin to each point, in world axes [m].
 [[nodiscard]] double WorstMillimetresPerPixel(const SingularSystem& composite,
-                                              const ArmJacobian& J_r,
+                                              const ArmJacobian& J_r, const ArmJacobian& twists,
                                               const std::vector<Eigen::Vector3d>& p_EP_W) noexcept;
 
 }  // namespace vantage

@@ -132,7 +132,8 @@ class Servo {
   [[nodiscard]] HoldReason Control(Time now) noexcept;
   void ReportMeasures() noexcept;
   void AverageError() noexcept;
-  [[nodiscard]] double RemainingMillimetres(const SingularSystem& system) const noexcept;
+  [[nodiscard]] double RemainingMillimetres(const SingularSystem& system,
+                                            const ArmJacobian& twists) const noexcept;
   [[nodiscard]] int RowsNeeded() const noexcept;
   void JudgeProgress(Time now) noexcept;
   [[nodiscard]] bool ArmFollows() noexcept;
