@@ -118,13 +118,16 @@ class PlayedCell {
   std::thread thread_;
 };
 
-TEST(ServoThreads, ServoWithAMovingCameraAndEndInOrder) {
+// With rehearsals ahead of each period, which are what a servo of real-time priority does, and without.
+class ServoThreads : public testing::TestWithParam<const char*> {};
+
+TEST_P(ServoThreads, ServoWithAMovingCameraAndEndInOrder) {
   const test::TemporaryFolder folder;
   const std::string said = (folder.path() / "servo.txt").string();
   const char* const kScenario = "planar-grazing-view";
   PlayedCell cell(LoadScenario(kScenario));
   ChildOptions options;
-  options.arguments = {VANTAGE_SERVO, kScenario, "--priority", "0"};
+  options.arguments = {VANTAGE_SERVO, kScenario, "--priority", "0", GetParam()};
   options.environment["LCM_DEFAULT_URL"] = cell.url();
   options.environment["TSAN_OPTIONS"] = "exitcode=66:suppressions=" VANTAGE_TSAN_SUPPRESSIONS;
   options.output = said;
@@ -141,6 +144,10 @@ TEST(ServoThreads, ServoWithAMovingCameraAndEndInOrder) {
   EXPECT_EQ(text.find("ThreadSanitizer"), std::string::npos) << text;
   EXPECT_NE(text.find("last state"), std::string::npos) << text;
 }
+INSTANTIATE_TEST_SUITE_P(Rehearsals, ServoThreads, testing::Values("--rehearse", "--no-rehearse"),
+                         [](const auto& value) {
+                           return value.param == std::string("--rehearse") ? "With" : "Without";
+                         });
 
 }  // namespace
 }  // namespace vantage

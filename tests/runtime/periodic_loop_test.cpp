@@ -50,16 +50,15 @@ TEST(RunPeriodic, KeepsAnAbsoluteGrid) {
   for (std::size_t i = 1; i < deadlines.size(); ++i) EXPECT_GT(deadlines[i], deadlines[i - 1]);
 }
 
-// Each rehearsal belongs to the period after it and is over before that is due; a period that is due already has
-// none.
+// Each rehearsal belongs to the period after it, which may have several; a period that is due already has none.
 TEST(RunPeriodic, RehearsesAheadOfEachDeadline) {
   std::atomic<bool> stop{false};
   const Duration period = milliseconds(4);
   const Duration lead = milliseconds(2);
   std::vector<Time> deadlines, rehearsed;
   const auto rehearse = [&](Time deadline) {
-    EXPECT_LT(Clock::now(), deadline);
     EXPECT_GE(Clock::now(), deadline - lead);
+    EXPECT_TRUE(deadlines.empty() || deadlines.back() < deadline);
     rehearsed.push_back(deadline);
   };
   RunPeriodic(
@@ -71,7 +70,7 @@ TEST(RunPeriodic, RehearsesAheadOfEachDeadline) {
         stop = deadlines.size() == 20;
       },
       Rehearsal<decltype(rehearse)>{lead, rehearse});
-  EXPECT_FALSE(rehearsed.empty());
+  EXPECT_GT(rehearsed.size(), deadlines.size());
   std::size_t next = 0;
   for (const Time deadline : rehearsed) {
     while (next < deadlines.size() && deadlines[next] != deadline) ++next;

@@ -41,13 +41,15 @@ void SleepUntil(Time deadline) noexcept;
 /// @pre now >= deadline, period > 0.
 [[nodiscard]] Time LatestDeadline(Time deadline, Duration period, Time now) noexcept;
 
-/// What a loop does ahead of each deadline: it wakes so much earlier, calls body(deadline) and then stays awake, so
-/// that the period finds its code and data in the caches and its core at work. It costs processor time, `lead` of
-/// each period.
+/// What a loop does ahead of each deadline: it wakes so much earlier and calls body(deadline), again and again while
+/// there is time, so that the period finds its code and data in the caches and its core at work. Once is not enough:
+/// a machine that is shared takes the core away in between, and gives it back with cold caches. It costs processor
+/// time, `lead` of each period.
 template <typename Body>
 struct Rehearsal {
   Duration lead{0};  ///< >= 0, < the loop's period; 0: no rehearsal.
-  Body body{};       ///< Must take less than half of lead.
+  Body
+      body{};  ///< Must take less than half of lead, and may be called more than once for one deadline.
 };
 
 /// Calls body() or body(const LoopCycle&) each period until `stop` is true. After an overrun the
@@ -63,18 +65,19 @@ LoopReport RunPeriodic(Duration period, const std::atomic<bool>& stop, Body&& bo
                        const Rehearsal<Rehearse>& rehearsal = {}) {
   LoopReport report;
   Time deadline = Clock::now();
-  Time rehearsed{};  // the deadline that was rehearsed for last
+  // What a rehearsal takes, on average over the last few.
+  constexpr int kFew = 8;
+  Duration usual = rehearsal.lead / 4;
   while (!stop.load(std::memory_order_relaxed)) {
     const Time begin = Clock::now();
     if (begin < deadline) {
       if (begin < deadline - rehearsal.lead) {
         SleepUntil(deadline - rehearsal.lead);
-      } else if (rehearsed != deadline) {
-        rehearsed = deadline;
-        // Woken too late, it would only delay the period.
-        if (begin < deadline - rehearsal.lead / 2) rehearsal.body(deadline);
+      } else if (begin < deadline - 2 * usual) {  // later it would only delay the period
+        rehearsal.body(deadline);
+        usual += (Clock::now() - begin - usual) / kFew;
       }
-      continue;  // after a rehearsal: awake until the deadline
+      continue;  // after the last one: awake until the deadline
     }
     if constexpr (std::is_invocable_v<Body&, const LoopCycle&>) {
       body(LoopCycle{deadline, begin, report});
