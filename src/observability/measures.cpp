@@ -288,7 +288,7 @@ namespace {
 
 // Numbers whose product is w, of a square J or a wide one of few rows: pivots, or what the rows add to the span
 // of those before. How many they are; 0 of another matrix.
-int FactorsOf(const JacobianRef& J, double* factors) noexcept {
+int FactorsOf(const JacobianRef& J, double sum_of_squares, double* factors) noexcept {
   const auto rows = static_cast<int>(J.rows());
   const auto columns = static_cast<int>(J.cols());
   if (rows < columns && rows <= RowBasis::kMaxVectors && columns <= kMaxJoints) {
@@ -297,7 +297,7 @@ int FactorsOf(const JacobianRef& J, double* factors) noexcept {
     for (int i = 0; i < rows; ++i) factors[i] = basis.part[i][i];
     return rows;
   }
-  if (rows != columns || rows > TallMatrix::kLanes || !InBounds(SumOfSquares(J))) return 0;
+  if (rows != columns || rows > TallMatrix::kLanes || !InBounds(sum_of_squares)) return 0;
   TallMatrix A;
   A.rows = A.columns = rows;
   for (int j = 0; j < rows; ++j) {  // the transpose, which has the same determinant
@@ -313,8 +313,9 @@ int FactorsOf(const JacobianRef& J, double* factors) noexcept {
 Volume VolumeOf(const JacobianRef& J, double rank_tolerance) noexcept {
   Volume volume;
   double factors[TallMatrix::kLanes];
-  const int s = FactorsOf(J, factors);
-  if (s > 0 && FillFromFactors(factors, s, SumOfSquares(J), rank_tolerance, &volume)) return volume;
+  const double sum_of_squares = SumOfSquares(J);
+  const int s = FactorsOf(J, sum_of_squares, factors);
+  if (s > 0 && FillFromFactors(factors, s, sum_of_squares, rank_tolerance, &volume)) return volume;
   TallMatrix A;
   double scale = 1.0;
   volume.status = Load(J, &A, &scale);
@@ -330,8 +331,13 @@ Volume VolumeOf(const JacobianRef& J, double rank_tolerance) noexcept {
 }
 
 TaskJacobian VectorsOf(const SingularSystem& system) noexcept {
-  if (system.directions.rows() == system.directions.cols()) return system.directions;
-  return system.axes.array().rowwise() / system.measure.sigma.transpose().array();
+  // Made in their size and then filled: copies of a matrix of bounded size take all of its room along.
+  const bool square = system.directions.rows() == system.directions.cols();
+  const TaskJacobian& from = square ? system.directions : system.axes;
+  TaskJacobian vectors(from.rows(), from.cols());
+  vectors = from;
+  if (!square) vectors.array().rowwise() /= system.measure.sigma.transpose().array();
+  return vectors;
 }
 
 namespace {
@@ -400,7 +406,8 @@ TaskJacobian GoneOn(const TaskJacobian& last, const TaskJacobian& earlier) noexc
   constexpr double kLongStep = 0.01;  // squared
   const bool known = last.rows() == earlier.rows() && last.cols() == earlier.cols();
   const bool near = known && (last - earlier).squaredNorm() < kLongStep;
-  TaskJacobian vectors = last;
+  TaskJacobian vectors(last.rows(), last.cols());
+  vectors = last;
   if (near) vectors += last - earlier;
   return vectors;
 }
@@ -618,6 +625,16 @@ bool TooFewSeen(const SingularSystem& composite, int rows_needed) noexcept {
   return composite.measure.size() == 0 || composite.axes.rows() < rows_needed;
 }
 
+// Of eigenvalues of AᵀA, relative to their sum: above it none stands for points that stand still.
+constexpr double kClearlyMoves = 100.0 * kStandsStill;
+
+// Where the points move in as many directions as are seen: the cause by their squared motion along the direction that
+// is seen worst, and in all of them.
+LowCause CauseOfLeastSeen(double last, double trace, int joints) noexcept {
+  const double usual = trace / static_cast<double>(std::min(joints, kTaskDimension));
+  return last < Square(kHardlyMoves) * usual ? LowCause::kArm : LowCause::kView;
+}
+
 // The rules of DiagnoseLowMeasure() where some view may be to blame. With A of all points stacked:
 //
 // @param seen   (A V)ᵀ A V, V the directions of J_c.
@@ -628,15 +645,13 @@ LowCause CauseByMotion(const JointMatrix& seen, double trace, int joints, Gram&&
   const auto s = static_cast<int>(seen.rows());
   // The s-th eigenvalue of AᵀA is no less than the last one of `seen` (Cauchy), and its trace no less than its
   // first one.
-  constexpr double kClearly = 100.0;
-  if (!IsAbove(seen, kClearly * kStandsStill * trace)) {
+  if (!IsAbove(seen, kClearlyMoves * trace)) {
     const Measure reach = MeasureOf(gram());
     const bool moves_in_all =
         s <= reach.size() && reach.sigma(s - 1) > kStandsStill * reach.sigma(0);
     if (!moves_in_all) return LowCause::kArm;
   }
-  const double usual = trace / static_cast<double>(std::min(joints, kTaskDimension));
-  return seen(s - 1, s - 1) < Square(kHardlyMoves) * usual ? LowCause::kArm : LowCause::kView;
+  return CauseOfLeastSeen(seen(s - 1, s - 1), trace, joints);
 }
 
 // Σ PᵀP, P = [I, -[p]×] over points p of a body: of two twists, the sum of the products of all points' velocities.
@@ -656,6 +671,18 @@ class BodyMetric {
     Twist product;
     product << count_ * v + w.cross(sum_), sum_.cross(v) + inertia_ * w;
     return product;
+  }
+  // Of one twist, the sum of the points' squared velocities.
+  [[nodiscard]] double Squared(const Twist& twist) const noexcept {
+    const Eigen::Vector3d v = twist.head<3>();
+    const Eigen::Vector3d w = twist.tail<3>();
+    return count_ * v.squaredNorm() + 2.0 * v.dot(w.cross(sum_)) + w.dot(inertia_ * w);
+  }
+  // det M: that of the translations by that of the rotations about the points' middle.
+  [[nodiscard]] double Determinant() const noexcept {
+    Eigen::Matrix3d about_middle = inertia_ + sum_ * sum_.transpose() / count_;
+    about_middle.diagonal().array() -= sum_.squaredNorm() / count_;
+    return count_ * count_ * count_ * about_middle.determinant();
   }
   // Jᵀ M J.
   [[nodiscard]] JointMatrix Gram(const ArmJacobian& J) const noexcept {
@@ -700,21 +727,32 @@ LowCause DiagnoseLowMeasure(const SingularSystem& composite,
   return CauseByMotion(V.transpose().lazyProduct(moved), gram.trace(), n, [&] { return gram; });
 }
 
-LowCause DiagnoseLowMeasure(const SingularSystem& composite, const ArmJacobian& J_r,
-                            const ArmJacobian& twists, const std::vector<Eigen::Vector3d>& p_EP_W,
-                            int rows_needed, bool low) noexcept {
+LowCause DiagnoseLowMeasure(const SingularSystem& composite, const Volume& arm,
+                            const ArmJacobian& J_r, const ArmJacobian& twists,
+                            const std::vector<Eigen::Vector3d>& p_EP_W, int rows_needed,
+                            bool low) noexcept {
   if (TooFewSeen(composite, rows_needed) || p_EP_W.empty()) return LowCause::kFeatures;
   if (!low) return LowCause::kNone;
   const BodyMetric metric(p_EP_W);
   const auto n = static_cast<int>(J_r.cols());
-  const JointMatrix seen = metric.Gram(twists);
-  double trace = 0.0;
-  if (composite.measure.rank == std::min(n, kTaskDimension)) {
-    trace = seen.trace();  // the directions are all that joints can do to E
-  } else {
-    for (int j = 0; j < n; ++j) trace += J_r.col(j).dot(metric * J_r.col(j));
+  const auto s = static_cast<int>(twists.cols());
+  double trace = 0.0, last = 0.0;
+  for (int i = 0; i < s; ++i) {
+    last = metric.Squared(twists.col(i));
+    trace += last;
   }
-  return CauseByMotion(seen, trace, n, [&] { return metric.Gram(J_r); });
+  // Directions that are all that joints can do to E: det Tᵀ M T = det M w_r². No eigenvalue is less than the product
+  // of all by the mean of the others to their power.
+  if (composite.measure.rank == kTaskDimension && s == kTaskDimension && arm.rank == s) {
+    double least = metric.Determinant() * Square(arm.w);
+    for (int i = 1; i < s; ++i) least *= (s - 1) / trace;
+    if (least > kClearlyMoves * trace) return CauseOfLeastSeen(last, trace, n);
+  }
+  if (composite.measure.rank < std::min(n, kTaskDimension)) {
+    trace = 0.0;
+    for (int j = 0; j < n; ++j) trace += metric.Squared(J_r.col(j));
+  }
+  return CauseByMotion(metric.Gram(twists), trace, n, [&] { return metric.Gram(J_r); });
 }
 
 namespace {

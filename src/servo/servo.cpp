@@ -586,11 +586,13 @@ Vector2d Servo::PathCorrection(const Isometry3d& X_CW, std::size_t marker) const
 }
 
 HoldReason Servo::Control(Time now) noexcept {
-  output_.J_v = ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
+  const FeatureJacobian J_v =
+      ImageJacobian(current_rows_.L_body, X_WC_, kinematics_.X_WE.translation());
+  output_.J_v = J_v;
   output_.J_r = kinematics_.J_WE_W;
-  const TaskJacobian J_c = ProductByColumns(output_.J_v, output_.J_r);
+  const TaskJacobian J_c = ProductByColumns(J_v, output_.J_r);
   output_.error = FeatureError(task_.view.features, current_rows_, goal_rows_);
-  DecomposeComposite(output_.J_v, output_.J_r, J_c, &composite_);
+  DecomposeComposite(J_v, output_.J_r, J_c, &composite_);
   const SingularSystem& system = composite_.system;
   if (system.measure.status != MeasureStatus::kOk || !output_.error.allFinite()) {
     return HoldReason::kNotFinite;
@@ -679,7 +681,8 @@ void Servo::ReportMeasures() noexcept {
   report.threshold = trigger_.threshold;
   report.trigger_value = TriggerValue(trigger_.measure, system.measure);
   const bool low = report.trigger_value < trigger_.threshold;
-  report.cause = DiagnoseLowMeasure(system, J_r, twists, p_EM_W_, RowsNeeded(), low);
+  report.cause =
+      DiagnoseLowMeasure(system, composite_.arm, J_r, twists, p_EM_W_, RowsNeeded(), low);
 }
 
 // The error as it is judged: without the noise of single images.

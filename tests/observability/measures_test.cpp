@@ -564,10 +564,13 @@ TEST(DiagnoseLowMeasure, IsTheSameOfPointsOfOneBody) {
     const SingularSystem composite = Decompose(J_v * J_r);
     const LowCause cause = DiagnoseLowMeasure(composite, points, 1, true);
     const ArmJacobian twists = TwistsOf(composite, J_r);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, p, 1, true), cause);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, p, 1, false), LowCause::kNone);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, p, 12, true), LowCause::kFeatures);
-    EXPECT_EQ(DiagnoseLowMeasure(composite, J_r, twists, {}, 1, true), LowCause::kFeatures);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, VolumeOf(J_r), J_r, twists, p, 1, true), cause);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, VolumeOf(J_r), J_r, twists, p, 1, false),
+              LowCause::kNone);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, VolumeOf(J_r), J_r, twists, p, 12, true),
+              LowCause::kFeatures);
+    EXPECT_EQ(DiagnoseLowMeasure(composite, VolumeOf(J_r), J_r, twists, {}, 1, true),
+              LowCause::kFeatures);
     ++count[static_cast<std::size_t>(cause)];
   }
   EXPECT_GT(count[static_cast<std::size_t>(LowCause::kArm)], 20);

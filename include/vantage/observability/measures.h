@@ -271,10 +271,11 @@ struct Coupling {
                                           bool low) noexcept;
 
 /// The same for points fixed to the end effector, whose Jacobians share J_r: faster.
+/// @param arm     VolumeOf(J_r).
 /// @param twists  TwistsOf(composite, J_r).
 /// @param p_EP_W  From E's origin to each point, in world axes [m].
-[[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite, const ArmJacobian& J_r,
-                                          const ArmJacobian& twists,
+[[nodiscard]] LowCause DiagnoseLowMeasure(const SingularSystem& composite, const Volume& arm,
+                                          const ArmJacobian& J_r, const ArmJacobian& twists,
                                           const std::vector<Eigen::Vector3d>& p_EP_W,
                                           int rows_needed, bool low) noexcept;
 
