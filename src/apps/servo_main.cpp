@@ -301,7 +301,7 @@ int main(int argc, char** argv) {
       ->delimiter(',');
   app.add_flag(
       "--rehearse,!--no-rehearse", arguments.rehearse,
-      "Goes through each period on a copy until it is due, which keeps caches warm, for 0.12 ms "
+      "Goes through each period on a copy until it is due, which keeps caches warm, for 0.2 ms "
       "of processor time each; by default where SCHED_FIFO is granted");
   app.add_option("--replay", arguments.replay,
                  "Replays the servo that this event log holds, and compares commands and measures; "

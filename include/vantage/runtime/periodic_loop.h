@@ -67,7 +67,7 @@ LoopReport RunPeriodic(Duration period, const std::atomic<bool>& stop, Body&& bo
   Time deadline = Clock::now();
   // What a rehearsal takes, on average over the last few.
   constexpr int kFew = 8;
-  Duration usual = rehearsal.lead / 4;
+  Duration usual = rehearsal.lead / 16;
   while (!stop.load(std::memory_order_relaxed)) {
     const Time begin = Clock::now();
     if (begin < deadline) {

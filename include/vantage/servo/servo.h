@@ -73,8 +73,8 @@ struct ServoSnapshot {
 };
 
 /// How long before its period a servo is rehearsed: see Servo::Rehearse() and RunPeriodic(). A rehearsal with cold
-/// caches takes less than half of it.
-inline constexpr Duration kRehearsalLead = std::chrono::microseconds(120);
+/// caches takes less than half of it, and wakes on virtual machines come up to 0.14 ms late.
+inline constexpr Duration kRehearsalLead = std::chrono::microseconds(200);
 
 /// The servo. Set-up may throw; Accept() and Step() are real-time safe but for ViSP's interaction
 /// matrices (10 allocations for each point and its goal).
