@@ -101,7 +101,7 @@ SearchedGrid SearchGrid(const PlacementModel& model, std::int64_t cameras, const
   const auto take = [&](int /*block*/, const std::string& text) {
     std::istringstream in(text);
     for (std::string line; std::getline(in, line);) {
-      if (const auto camera = CameraOf(line, cameras)) grid.best.Offer(*camera);
+      grid.best.Offer(CameraOf(line, cameras).value());
     }
     ++done;
     if (told) {

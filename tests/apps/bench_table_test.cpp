@@ -1,10 +1,8 @@
 #include "bench_table.h"
 
-#include <fstream>
-#include <sstream>
-
 #include <gtest/gtest.h>
 
+#include "read_file.h"
 #include "sim/suite/quantile.h"
 #include "temporary_folder.h"
 
@@ -55,12 +53,10 @@ TEST(BenchTable, JsonNamesEveryFailureBySeed) {
   const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "bench.json").string();
   WriteBenchJson({Row()}, "S1", true, path);
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  EXPECT_NE(text.str().find("\"success\": 0.5"), std::string::npos) << text.str();
-  EXPECT_NE(text.str().find("\"seed\": 6"), std::string::npos) << text.str();
-  EXPECT_NE(text.str().find("\"limit_violations\": 2"), std::string::npos) << text.str();
+  const std::string text = test::ReadFile(path);
+  EXPECT_NE(text.find("\"success\": 0.5"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"seed\": 6"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"limit_violations\": 2"), std::string::npos) << text;
 }
 
 }  // namespace

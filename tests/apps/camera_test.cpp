@@ -3,9 +3,7 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
-#include <sstream>
 #include <thread>
 
 #include <fcntl.h>
@@ -17,6 +15,7 @@
 #include "any_port.h"
 #include "becomes_true.h"
 #include "contains.h"
+#include "read_file.h"
 #include "sim/world.h"
 #include "temporary_folder.h"
 #include "vantage/messaging/lcm_link.h"
@@ -62,11 +61,7 @@ class Camera {
   }
 
   /// What was printed so far.
-  [[nodiscard]] std::string text() const {
-    std::ostringstream text;
-    text << std::ifstream(log()).rdbuf();
-    return text.str();
-  }
+  [[nodiscard]] std::string text() const { return test::ReadFile(log()); }
   [[nodiscard]] bool Says(const std::string& part) const {
     return test::BecomesTrue([&] { return test::Contains(text(), part); });
   }

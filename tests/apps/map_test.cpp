@@ -13,6 +13,7 @@
 #include "measure_print.h"
 #include "oracle_arm.h"
 #include "program.h"
+#include "read_file.h"
 #include "temporary_folder.h"
 #include "vantage/config/config_text.h"
 #include "vantage/math/angles.h"
@@ -22,14 +23,8 @@ namespace {
 
 using Json = nlohmann::json;
 using test::ConfigErrorOf;
+using test::ReadFile;
 using test::RunProgram;
-
-std::string ReadAll(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 // Lines of a table, cells as text.
 std::vector<std::vector<std::string>> ReadTable(const std::string& path) {
@@ -394,7 +389,7 @@ TEST_F(RecipeFile, CellsThatDoNotSeeAllAreEmptyInTheTableAndHolesInThePictures) 
     EXPECT_EQ(lines[i + 1].at(w_c).empty(), !table.cells[i].complete);
     EXPECT_FALSE(lines[i + 1].at(w_r).empty());  // The arm's measure needs no camera.
   }
-  EXPECT_EQ(ReadAll(csv).find("nan"), std::string::npos);
+  EXPECT_EQ(ReadFile(csv).find("nan"), std::string::npos);
   const auto files =
       PlotMap(recipe, table, MapQuantity::kSigmaMin, (folder_.path() / "map").string());
   EXPECT_EQ(files.size(), 5u);
@@ -408,7 +403,7 @@ TEST_F(RecipeFile, PicturesArePngAndSvgWithTheirLabels) {
       PlotMap(recipe, Sweep(recipe), MapQuantity::kCompositeW, (folder_.path() / "map").string());
   int png = 0, svg = 0;
   for (const std::string& file : files) {
-    const std::string text = ReadAll(file);
+    const std::string text = ReadFile(file);
     if (file.substr(file.size() - 4) == ".png") {
       EXPECT_EQ(text.substr(1, 3), "PNG");
       EXPECT_GT(text.size(), 10000u);

@@ -1,13 +1,13 @@
 #include "plan_grid.h"
 
 #include <algorithm>
-#include <fstream>
 #include <sstream>
 
 #include <gtest/gtest.h>
 
 #include "config_error.h"
 #include "program.h"
+#include "read_file.h"
 #include "temporary_folder.h"
 
 namespace vantage::test {
@@ -30,12 +30,6 @@ PlacementSetup SetupOf(const std::string& text) {
   return ReadPlacement({"cell.yaml", "", text}, "cell");
 }
 
-std::string TextOf(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 class PlanGrid : public ::testing::Test {
  protected:
   [[nodiscard]] std::string File(const std::string& name) const {
@@ -55,7 +49,7 @@ class PlanGrid : public ::testing::Test {
   // The table of the first shard of two with line `number` replaced.
   [[nodiscard]] std::string Spoilt(const PlacementSetup& setup, int number,
                                    const std::string& by) const {
-    std::istringstream in(TextOf(Tables(setup, 2, 2000).back()));
+    std::istringstream in(ReadFile(Tables(setup, 2, 2000).back()));
     std::string text, line;
     for (int at = 1; std::getline(in, line); ++at) text += (at == number ? by : line) + "\n";
     return folder_.Write("spoilt", text);
@@ -83,7 +77,7 @@ TEST_F(PlanGrid, OfShardsMergedIsTheSameToTheLastBit) {
       // What was merged is, as a table, that of the undivided grid.
       WriteGridTable(File("merged"), setup, {1, 1}, merged);
       WriteGridTable(File("whole"), setup, {1, 1}, SearchGrid(model, kCameras, {1, 1}));
-      EXPECT_EQ(TextOf(File("merged")), TextOf(File("whole"))) << parts << " parts";
+      EXPECT_EQ(ReadFile(File("merged")), ReadFile(File("whole"))) << parts << " parts";
     }
   }
 }
@@ -96,7 +90,7 @@ TEST_F(PlanGrid, OfBlocksInAnyOrderIsTheSameTable) {
   };
   WriteGridTable(File("forwards"), setup, {}, SearchGrid(model, kCameras, {}));
   WriteGridTable(File("backwards"), setup, {}, SearchGrid(model, kCameras, {}, {}, backwards));
-  EXPECT_EQ(TextOf(File("backwards")), TextOf(File("forwards")));
+  EXPECT_EQ(ReadFile(File("backwards")), ReadFile(File("forwards")));
 }
 
 TEST_F(PlanGrid, TellsTheShareAndTheBestSoFar) {
@@ -154,7 +148,7 @@ TEST_F(PlanGrid, OfADamagedTableNamesTheLine) {
 }
 
 std::string GridCheckLineOf(const std::string& plan) {
-  const std::string text = TextOf(plan);
+  const std::string text = ReadFile(plan);
   const std::size_t at = text.find("  grid_check:");
   return at == std::string::npos ? "" : text.substr(at, text.find('\n', at) - at);
 }

@@ -1,12 +1,10 @@
 #include "plan_sweep.h"
 
-#include <fstream>
-#include <sstream>
-
 #include <gtest/gtest.h>
 
 #include "config_error.h"
 #include "program.h"
+#include "read_file.h"
 #include "temporary_folder.h"
 
 namespace vantage::test {
@@ -23,12 +21,6 @@ PlacementSetup SetupOf(const std::string& text) {
   return ReadPlacement({"sweep.yaml", "", text}, "sweep");
 }
 
-std::string TextOf(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
 TEST(PlanSweep, OfShardsMergedIsTheSameToTheLastBit) {
   const TemporaryFolder folder;
   const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
@@ -41,7 +33,7 @@ TEST(PlanSweep, OfShardsMergedIsTheSameToTheLastBit) {
     RunSweep(setup, {i, 3}, parts.back());
   }
   MergeSweeps(parts, file("merged"));
-  EXPECT_EQ(TextOf(file("merged")), TextOf(file("whole")));
+  EXPECT_EQ(ReadFile(file("merged")), ReadFile(file("whole")));
   EXPECT_NE(BestOfSweep(file("merged"), 1).find("value"), std::string::npos);
 }
 
@@ -98,7 +90,8 @@ TEST(PlanSweep, OfCasesTakesEachCasesKeysForTheProblems) {
 
   const std::string path = (folder.path() / "table").string();
   RunSweep(setup, {1, 1}, path);
-  EXPECT_NE(TextOf(path).find("\n3,another motion,0,0,0.05"), std::string::npos) << TextOf(path);
+  EXPECT_NE(ReadFile(path).find("\n3,another motion,0,0,0.05"), std::string::npos)
+      << ReadFile(path);
 }
 
 TEST(PlanSweep, NamesWhatIsWrongWithACase) {
@@ -128,7 +121,7 @@ TEST(PlanSweep, OfResultsInAnyOrderIsTheSameTable) {
              for (auto item = items.rbegin(); item != items.rend(); ++item)
                take(*item, work(*item));
            });
-  EXPECT_EQ(TextOf(file("backwards")), TextOf(file("in order")));
+  EXPECT_EQ(ReadFile(file("backwards")), ReadFile(file("in order")));
 }
 
 #ifdef VANTAGE_MPIRUN
@@ -144,8 +137,8 @@ TEST(PlanSweep, UnderMpiIsTheSameToTheLastBit) {
   const ProgramRun one = RunProgram(VANTAGE_BIN "/vantage-plan " + problem + " --out " +
                                     (folder.path() / "one").string());
   ASSERT_EQ(one.exit_code, 0) << one.output;
-  EXPECT_EQ(TextOf(out + "/sweep_sweep.csv"),
-            TextOf((folder.path() / "one" / "sweep_sweep.csv").string()));
+  EXPECT_EQ(ReadFile(out + "/sweep_sweep.csv"),
+            ReadFile((folder.path() / "one" / "sweep_sweep.csv").string()));
 }
 
 TEST(PlanSweep, UnderMpiWantsWorkToShareAndTheRightProgram) {

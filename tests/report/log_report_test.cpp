@@ -17,6 +17,7 @@
 #include "../../src/report/run_events.h"
 #include "../replay/recorded_cell.h"
 #include "contains.h"
+#include "read_file.h"
 #include "temporary_folder.h"
 #include "vantage/math/error.h"
 
@@ -25,12 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::Contains;
-
-std::string ReadFile(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
+using test::ReadFile;
 
 Time At(double seconds) {
   return Time(FromSeconds(seconds));

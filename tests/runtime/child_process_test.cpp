@@ -4,13 +4,13 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
-#include <sstream>
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "becomes_true.h"
+#include "read_file.h"
 #include "temporary_folder.h"
 #include "vantage/math/error.h"
 
@@ -26,12 +26,6 @@ ChildOptions Shell(const std::string& script) {
   ChildOptions options;
   options.arguments = {"sh", "-c", script};
   return options;
-}
-
-std::string TextOf(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
 }
 
 // A process that has died may linger as a zombie of init or of a subreaper: that counts as gone.
@@ -107,7 +101,7 @@ TEST(ChildProcess, KillsWhatDoesNotObey) {
   const std::string ready = (folder.path() / "ready").string();
   ChildProcess child(
       Shell("trap '' TERM; echo ready > " + ready + "; while :; do sleep 0.01; done"));
-  ASSERT_TRUE(BecomesTrue([&] { return TextOf(ready) == "ready\n"; }));
+  ASSERT_TRUE(BecomesTrue([&] { return test::ReadFile(ready) == "ready\n"; }));
   EXPECT_EQ(child.Terminate(milliseconds(50)).signal, SIGKILL);
 }
 
@@ -145,7 +139,7 @@ TEST(ChildProcess, PassesEnvironmentAndCollectsOutput) {
   options.output = log;
   ChildProcess child(options);
   ASSERT_TRUE(child.WaitFor(kPatience));
-  EXPECT_EQ(TextOf(log), "kept new\nerror\n");
+  EXPECT_EQ(test::ReadFile(log), "kept new\nerror\n");
 }
 
 TEST(ChildProcess, HasItsOwnProcessGroupUnlessToldOtherwise) {

@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <limits>
-#include <sstream>
 
 #include <gtest/gtest.h>
 
+#include "read_file.h"
 #include "servo_cell.h"
 
 namespace vantage {
@@ -306,9 +306,7 @@ TEST(FaultTable, IsWhatHappens) {
       "|---|---|---|---|---|---|---|\n";
   for (const Fault& fault : Faults()) table += TableRow(fault, RunFault(fault));
   const std::string path = VANTAGE_DOCS "/control.md";
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  std::string document = text.str();
+  std::string document = test::ReadFile(path);
   const std::string begin = "<!-- fault table: by tests/servo/fault_test.cpp -->\n";
   const std::string end = "<!-- end of fault table -->";
   const auto from = document.find(begin);

@@ -48,8 +48,8 @@ void SleepUntil(Time deadline) noexcept;
 template <typename Body>
 struct Rehearsal {
   Duration lead{0};  ///< >= 0, < the loop's period; 0: no rehearsal.
-  Body
-      body{};  ///< Must take less than half of lead, and may be called more than once for one deadline.
+  /// Must take less than half of lead, and may be called more than once for one deadline.
+  Body body{};
 };
 
 /// Calls body() or body(const LoopCycle&) each period until `stop` is true. After an overrun the
