@@ -48,8 +48,7 @@ std::vector<Marker> Markers() {
 Scene MakeScene(bool bar, float level) {
   Scene scene;
   for (const Marker& marker : Markers()) {
-    scene.markers.push_back({kToolFrame, marker});
-    scene.bodies.push_back({kToolFrame, MarkerPlate(marker), {0.36F, 0.38F, 0.41F}, 0.0F});
+    scene.markers.push_back({kToolFrame, marker, Eigen::Vector3f(0.36F, 0.38F, 0.41F)});
   }
   if (bar) {
     scene.light.ambient = 1.0F;

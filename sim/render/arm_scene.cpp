@@ -122,13 +122,7 @@ Scene MakeArmScene(const ArmModel& arm, const std::vector<Marker>& tool_markers,
     scene.capsules.push_back(capsule);
   }
   const auto add = [&](int frame, const std::vector<Marker>& markers) {
-    TriangleMesh plates;
-    for (const Marker& marker : markers) {
-      scene.markers.push_back({frame, marker});
-      Append(&plates, MarkerPlate(marker));
-    }
-    if (plates.triangles() > 0)
-      scene.bodies.push_back({frame, std::move(plates), look.plate, 0.1F});
+    for (const Marker& marker : markers) scene.markers.push_back({frame, marker, look.plate});
   };
   add(kToolFrame, tool_markers);
   add(kGoalFrame, goal_markers);

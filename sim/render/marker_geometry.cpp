@@ -20,39 +20,39 @@ using Eigen::Vector3d;
 }  // namespace
 
 std::optional<MarkerQuad> PlaceMarker(const CameraModel& camera, const Isometry3d& X_CF,
-                                      const Marker& marker) {
+                                      const Marker& marker, double radii) {
   const Vector3d p_C = X_CF * marker.p;
   const Vector3d normal_C = X_CF.linear() * marker.normal;
-  const std::optional<DiscImage> ring =
-      ProjectDisc(camera, p_C, normal_C, kRingRadii * marker.radius);
-  if (!ring || ring->cos_incidence <= 1e-3) return std::nullopt;
+  const std::optional<DiscImage> whole =
+      ProjectDisc(camera, p_C, normal_C, radii * marker.radius);
+  if (!whole || whole->cos_incidence <= 1e-3) return std::nullopt;
 
   MarkerQuad quad;
-  quad.depth = ring->depth;
-  quad.cos_incidence = ring->cos_incidence;
+  quad.depth = whole->depth;
+  quad.cos_incidence = whole->cos_incidence;
   // A pixel and a half for the edge's own width and for what the second moments of a bent image leave.
-  const Vector2d half = ring->shape.diagonal().cwiseSqrt() + Vector2d::Constant(1.5);
-  if (!(half.maxCoeff() < 1e5) || !(ring->centroid.cwiseAbs().maxCoeff() < 1e6))
+  const Vector2d half = whole->shape.diagonal().cwiseSqrt() + Vector2d::Constant(1.5);
+  if (!(half.maxCoeff() < 1e5) || !(whole->centroid.cwiseAbs().maxCoeff() < 1e6))
     return std::nullopt;
-  quad.bounds.u = static_cast<int>(std::floor(ring->centroid.x() - half.x()));
-  quad.bounds.v = static_cast<int>(std::floor(ring->centroid.y() - half.y()));
+  quad.bounds.u = static_cast<int>(std::floor(whole->centroid.x() - half.x()));
+  quad.bounds.v = static_cast<int>(std::floor(whole->centroid.y() - half.y()));
   quad.bounds.width =
-      static_cast<int>(std::ceil(ring->centroid.x() + half.x())) - quad.bounds.u + 1;
+      static_cast<int>(std::ceil(whole->centroid.x() + half.x())) - quad.bounds.u + 1;
   quad.bounds.height =
-      static_cast<int>(std::ceil(ring->centroid.y() + half.y())) - quad.bounds.v + 1;
+      static_cast<int>(std::ceil(whole->centroid.y() + half.y())) - quad.bounds.v + 1;
 
   const PlaneAxes axes = AxesOfPlane(normal_C);
   Matrix3d from_plane;
   from_plane << marker.radius * axes.e1, marker.radius * axes.e2, p_C;
   if (camera.distortion.none()) {
-    quad.reference = ring->centroid.array().round();
+    quad.reference = whole->centroid.array().round();
     Matrix3d K = Matrix3d::Identity();
     K.topLeftCorner<2, 2>() = CalibrationJacobian(camera);
     K.topRightCorner<2, 1>() = Vector2d(camera.u0, camera.v0) - quad.reference;
     from_plane = K * from_plane;
   } else {
     // A value that single precision holds exactly, as the shader subtracts it.
-    quad.reference = ToNormalised(camera, ring->centroid).cast<float>().cast<double>();
+    quad.reference = ToNormalised(camera, whole->centroid).cast<float>().cast<double>();
     Matrix3d shift = Matrix3d::Identity();
     shift.topRightCorner<2, 1>() = -quad.reference;
     from_plane = shift * from_plane;

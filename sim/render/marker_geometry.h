@@ -15,7 +15,7 @@
 
 namespace vantage::sim {
 
-/// A marker, ring included, in one image.
+/// A marker, with its ring and the face of its plate, in one image.
 struct MarkerQuad {
   int index{0};        ///< In Scene::markers.
   PixelWindow bounds;  ///< Holds every pixel it touches; may reach beyond the image.
@@ -31,9 +31,10 @@ struct MarkerQuad {
 };
 
 /// nullopt when the marker turns its back to the camera or is not wholly in front of it.
+/// @param radii  How much of its plane is to be in the bounds: a circle of so many of the disc's radii.
 [[nodiscard]] std::optional<MarkerQuad> PlaceMarker(const CameraModel& camera,
                                                     const Eigen::Isometry3d& X_CF,
-                                                    const Marker& marker);
+                                                    const Marker& marker, double radii);
 
 /// How far towards the camera a marker at p_WM must be lifted to come out of the capsules that its
 /// centre lies in or touches [m]; 0 when there are none.

@@ -35,7 +35,7 @@ void AppendQuad(TriangleMesh* mesh, const std::array<Eigen::Vector3d, 4>& corner
 [[nodiscard]] TriangleMesh CapsuleMesh(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                        double radius, int segments = 24);
 
-/// Cylinder with flat ends and bevelled edges between two points.
+/// Cylinder with flat ends and bevelled edges between two points. The last `segments` triangles are the end at b.
 /// @param bevel  Width of the bevel [m]; < radius and < half the length. 0: sharp edges.
 /// @pre a != b.
 [[nodiscard]] TriangleMesh CylinderMesh(const Eigen::Vector3d& a, const Eigen::Vector3d& b,

@@ -96,6 +96,7 @@ struct MarkerVertex {
   float row_s[3], row_t[3], row_w[3];
   float reference_levels[4];
   float index;
+  float plate[2];  // Radius in the disc's radii, brightness.
 };
 
 struct MeshBuffers {
@@ -161,6 +162,14 @@ TriangleMesh DarkTiles(const Floor& floor) {
   return mesh;
 }
 
+// Of colour and ID images the plates are bodies like others.
+void AddPlates(Scene* scene) {
+  for (const SceneMarker& marker : scene->markers) {
+    if (!marker.plate) continue;
+    scene->bodies.push_back({marker.frame, MarkerPlate(marker.marker), *marker.plate, 0.1F});
+  }
+}
+
 void Require(bool condition, const std::string& key, const std::string& reason) {
   if (!condition) throw ConfigError("", key, reason);
 }
@@ -209,8 +218,9 @@ class Renderer::Impl {
     native_ = MakeLens(camera);
     SetFixedState();
     MakePrograms();
+    visible_.emplace(scene_, camera, kNear);
+    AddPlates(&scene_);
     for (const Body& body : scene_.bodies) bodies_.push_back(Upload(body.mesh));
-    visible_.emplace(scene_.bodies, scene_.light, camera, kNear);
     MakeLitBuffer();
     floor_ = Upload(DarkTiles(scene_.floor));
     MakeMarkerBuffer();
@@ -256,7 +266,7 @@ class Renderer::Impl {
     const RayBounds bounds = BoundRays(lens_->camera, {0, 0, colour_.width, colour_.height});
     if (FloorSeen()) DrawShadows();
     DrawBodies(mesh_colour_, bounds, Material::kColour);
-    DrawMarkers(marker_, {0, 0, colour_.width, colour_.height}, /*blend=*/true);
+    DrawMarkers(MarkerLook::kColour, {0, 0, colour_.width, colour_.height});
     ReadColour(image);
   }
 
@@ -273,7 +283,7 @@ class Renderer::Impl {
     const PixelWindow all{0, 0, ids_.width, ids_.height};
     DrawBodies(mesh_id_, BoundRays(lens_->camera, all), Material::kId);
     gl_.DepthMask(GL_TRUE);
-    DrawMarkers(marker_id_, all, /*blend=*/false);
+    DrawMarkers(MarkerLook::kId, all);
     ids->Resize(ids_.width, ids_.height);
     gl_.ReadPixels(0, 0, ids_.width, ids_.height, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
                    ids->pixels.data());
@@ -287,6 +297,7 @@ class Renderer::Impl {
 
  private:
   enum class Material { kColour, kId };
+  enum class MarkerLook { kGrey, kColour, kId };  // In grey images with the plate's face.
 
   // --- set-up -------------------------------------------------------------------------------------
 
@@ -442,6 +453,7 @@ class Renderer::Impl {
     attribute(3, 3, offsetof(MarkerVertex, row_w));
     attribute(4, 4, offsetof(MarkerVertex, reference_levels));
     attribute(5, 1, offsetof(MarkerVertex, index));
+    attribute(6, 2, offsetof(MarkerVertex, plate));
   }
 
   Target MakeTarget(int width, int height, GLenum colour, GLenum depth, GLenum depth_attachment) {
@@ -586,7 +598,7 @@ class Renderer::Impl {
     gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     if (FloorSeen()) DrawTiles();
     DrawLitBodies(bounds);
-    DrawMarkers(marker_, window, /*blend=*/true);
+    DrawMarkers(MarkerLook::kGrey, window);
   }
 
   void SetTiles(const Program& program) {
@@ -713,7 +725,8 @@ class Renderer::Impl {
     for (std::size_t i = 0; i < scene_.markers.size(); ++i) {
       const SceneMarker& marker = scene_.markers[i];
       const Isometry3d X_WF = FramePose(*state_, marker.frame);
-      std::optional<MarkerQuad> quad = PlaceMarker(lens_->camera, X_CW_ * X_WF, marker.marker);
+      std::optional<MarkerQuad> quad = PlaceMarker(lens_->camera, X_CW_ * X_WF, marker.marker,
+                                                   marker.plate ? kPlateRadii : kRingRadii);
       if (!quad) continue;
       quad->index = static_cast<int>(i);
       const double lift =
@@ -726,21 +739,22 @@ class Renderer::Impl {
                      [](const MarkerQuad& a, const MarkerQuad& b) { return a.depth > b.depth; });
   }
 
-  void DrawMarkers(const Program& program, const PixelWindow& window, bool blend) {
+  void DrawMarkers(MarkerLook look, const PixelWindow& window) {
     vertices_.clear();
     for (const MarkerQuad& quad : placed_) {
-      if (quad.bounds.overlaps(window)) AppendVertices(quad);
+      if (quad.bounds.overlaps(window)) AppendVertices(quad, look == MarkerLook::kGrey);
     }
     if (vertices_.empty()) return;
     gl_.Enable(GL_DEPTH_TEST);
     gl_.Disable(GL_CULL_FACE);
-    if (blend) {
+    if (look == MarkerLook::kId) {
+      gl_.Disable(GL_BLEND);
+      gl_.UseProgram(marker_id_.name);
+    } else {
       gl_.Enable(GL_BLEND);
       gl_.DepthMask(GL_FALSE);
-    } else {
-      gl_.Disable(GL_BLEND);
+      gl_.UseProgram(marker_.name);
     }
-    gl_.UseProgram(program.name);
     gl_.BindVertexArray(marker_array_);
     gl_.BindBuffer(GL_ARRAY_BUFFER, marker_buffer_);
     gl_.BufferData(GL_ARRAY_BUFFER,
@@ -749,9 +763,10 @@ class Renderer::Impl {
     gl_.DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices_.size()));
   }
 
-  void AppendVertices(const MarkerQuad& quad) {
+  void AppendVertices(const MarkerQuad& quad, bool with_face) {
     MarkerVertex vertex{};
     const Marker& marker = scene_.markers[quad.index].marker;
+    const std::optional<Vector3f>& plate = scene_.markers[quad.index].plate;
     for (int k = 0; k < 3; ++k) {
       vertex.row_s[k] = static_cast<float>(quad.to_plane(0, k));
       vertex.row_t[k] = static_cast<float>(quad.to_plane(1, k));
@@ -762,6 +777,14 @@ class Renderer::Impl {
     vertex.reference_levels[2] = marker.dark ? scene_.dark : scene_.bright;
     vertex.reference_levels[3] = marker.dark ? scene_.bright : scene_.dark;
     vertex.index = static_cast<float>(quad.index);
+    if (with_face && plate) {
+      const Isometry3d X_WF = FramePose(*state_, scene_.markers[quad.index].frame);
+      vertex.plate[0] = static_cast<float>(kPlateRadii);
+      vertex.plate[1] = Brightness(scene_.light, *plate, X_WF.linear() * marker.normal);
+    } else {
+      vertex.plate[0] = static_cast<float>(kRingRadii);
+      vertex.plate[1] = vertex.reference_levels[3];
+    }
     const double nearer = kDepthScale * (1.0 / (quad.depth - quad.lift) - 1.0 / quad.depth);
     const PixelWindow& box = quad.bounds;
     for (const auto& [i, j] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}}) {

@@ -16,7 +16,8 @@ namespace vantage::sim {
 /// Values of an IdImage.
 inline constexpr std::uint16_t kIdBackground = 0;
 inline constexpr std::uint16_t kIdFloor = 1;
-inline constexpr std::uint16_t kIdBody = 100;    ///< + index in Scene::bodies.
+/// + index in Scene::bodies; the plates of Scene::markers come after them, in their order.
+inline constexpr std::uint16_t kIdBody = 100;
 inline constexpr std::uint16_t kIdDisc = 10000;  ///< + index in Scene::markers: its disc.
 inline constexpr std::uint16_t kIdRing = 20000;  ///< + index in Scene::markers: its ring.
 

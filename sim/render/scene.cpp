@@ -16,6 +16,17 @@ Isometry3d MarkerFrame(const Marker& marker) {
   return X;
 }
 
+// Height of the face, width of the bevel: in the marker's radii.
+TriangleMesh Plate(const Marker& marker, double height, double bevel, int sides) {
+  const double r = marker.radius;
+  TriangleMesh plate;
+  Append(&plate,
+         CylinderMesh({0.0, 0.0, -0.6 * r}, {0.0, 0.0, height * r}, kPlateRadii * r, bevel * r,
+                      sides),
+         MarkerFrame(marker));
+  return plate;
+}
+
 }  // namespace
 
 Eigen::Isometry3d FramePose(const SceneState& state, int frame) noexcept {
@@ -27,13 +38,11 @@ Eigen::Isometry3d FramePose(const SceneState& state, int frame) noexcept {
 }
 
 TriangleMesh MarkerPlate(const Marker& marker) {
-  const double r = marker.radius;
-  TriangleMesh plate;
-  // Its face lies a little behind the marker.
-  Append(&plate,
-         CylinderMesh({0.0, 0.0, -0.6 * r}, {0.0, 0.0, -0.02 * r}, kPlateRadii * r, 0.1 * r, 28),
-         MarkerFrame(marker));
-  return plate;
+  return Plate(marker, -0.02, 0.1, 28);
+}
+
+TriangleMesh PlainMarkerPlate(const Marker& marker) {
+  return Plate(marker, 0.0, 0.0, kPlainPlateSides);
 }
 
 }  // namespace vantage::sim

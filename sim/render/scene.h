@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -32,6 +33,8 @@ struct Body {
 struct SceneMarker {
   int frame{kToolFrame};
   Marker marker;  ///< Centre and normal in that frame.
+  /// Colour of the thin round plate that it is glued on; without one it is painted on a body.
+  std::optional<Eigen::Vector3f> plate{};
 };
 
 /// A horizontal floor, seen from above only: a faint chequer on the background, fading with distance.
@@ -78,7 +81,13 @@ struct SceneState {
 /// @pre frame is kWorldFrame, kToolFrame, kGoalFrame or in [0, kMaxJoints).
 [[nodiscard]] Eigen::Isometry3d FramePose(const SceneState& state, int frame) noexcept;
 
-/// The thin round plate that a marker is glued on, in the frame that the marker is fixed to.
+/// The plate of a marker, in the frame that the marker is fixed to. Its face, of kPlateRadii radii, lies a little behind
+/// the marker.
 [[nodiscard]] TriangleMesh MarkerPlate(const Marker& marker);
+
+/// Nearly the same plate from fewer triangles, with a sharp edge and its face in the marker's plane; those of its face
+/// are the last kPlainPlateSides.
+[[nodiscard]] TriangleMesh PlainMarkerPlate(const Marker& marker);
+inline constexpr int kPlainPlateSides = 20;
 
 }  // namespace vantage::sim

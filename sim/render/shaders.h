@@ -161,11 +161,13 @@ layout(location = 2) in vec3 row_t;          // less `reference` to the marker's
 layout(location = 3) in vec3 row_w;          // disc's radius, homogeneous.
 layout(location = 4) in vec4 reference_levels;  // Reference point, brightness of disc and ring.
 layout(location = 5) in float marker;        // Index.
+layout(location = 6) in vec2 face;           // Radius in the disc's radii, brightness.
 flat out vec3 to_s;
 flat out vec3 to_t;
 flat out vec3 to_w;
 flat out vec4 frame;
 flat out float index;
+flat out vec2 plate;
 void main() {
   gl_Position = vec4(corner, 1.0);
   to_s = row_s;
@@ -173,11 +175,12 @@ void main() {
   to_w = row_w;
   frame = reference_levels;
   index = marker;
+  plate = face;
 }
 )glsl";
 
 // Radius in the marker's plane as a function of the pixel, with its gradient: edges are where it is 1
-// (disc) and 2 (ring), and (edge - radius) / |gradient| is the distance to them in pixels. `stretch` is the
+// (disc), 2 (ring) and plate.x, and (edge - radius) / |gradient| is the distance to them in pixels. `stretch` is the
 // area of the plane that one pixel covers; stretch² / |gradient|³ is the disc's edge's curvature.
 inline constexpr const char* kMarkerRadius = R"glsl(
 flat in vec3 to_s;
@@ -208,6 +211,7 @@ float Radius(out vec2 gradient, out float stretch) {
 )glsl";
 
 inline constexpr const char* kMarkerFragment = R"glsl(
+flat in vec2 plate;
 out vec4 colour;
 // Share of a unit square on the inner side of a straight edge at a signed distance from its centre;
 // lean: absolute components of the edge's unit normal, larger first.
@@ -230,7 +234,8 @@ void main() {
   float inset = stretch * stretch / (24.0 * steep * steep * steep);
   float disc = Coverage((1.0 - radius) / steep - inset, lean);
   float ring = Coverage((2.0 - radius) / steep, lean);
-  colour = vec4(vec3(mix(frame.w, frame.z, disc)), ring);
+  float all = Coverage((plate.x - radius) / steep, lean);
+  colour = vec4(vec3(mix(plate.y, mix(frame.w, frame.z, disc), ring)), all);
 }
 )glsl";
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 namespace vantage::sim {
 namespace {
@@ -37,48 +39,64 @@ float Luminance(const Vector3f& colour) {
 
 }  // namespace
 
-VisibleTriangles::VisibleTriangles(const std::vector<Body>& bodies, const Light& light,
-                                   const CameraModel& camera, double near)
-    : camera_(camera), light_(light), near_(near), bent_(!camera.distortion.none()) {
-  for (const Body& body : bodies) {
-    Mesh mesh;
-    mesh.frame = body.frame;
-    mesh.brightness = Luminance(body.colour);
-    mesh.bound = Bound(body.mesh);
-    mesh.first_vertex = static_cast<std::uint32_t>(x_.size());
-    mesh.first_triangle = static_cast<std::uint32_t>(plane_d_.size());
-    mesh.vertices = static_cast<std::uint32_t>(body.mesh.vertices.size());
-    mesh.triangles = static_cast<std::uint32_t>(body.mesh.triangles());
-    mesh.occluders = FindOccluders(body.mesh);
-    for (const Vector3f& p : body.mesh.vertices) {
-      x_.push_back(p.x());
-      y_.push_back(p.y());
-      z_.push_back(p.z());
-    }
-    for (const Vector3f& n : body.mesh.normals) {
-      nx_.push_back(n.x());
-      ny_.push_back(n.y());
-      nz_.push_back(n.z());
-    }
-    for (std::uint32_t t = 0; t < mesh.triangles; ++t) {
-      const auto corner = [&](int k) -> Vector3d {
-        return body.mesh.vertices[body.mesh.indices[3 * t + k]].cast<double>();
-      };
-      for (int k = 0; k < 3; ++k) {
-        corners_.push_back(mesh.first_vertex + body.mesh.indices[3 * t + k]);
-      }
-      const Vector3d n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
-      plane_x_.push_back(static_cast<float>(n.x()));
-      plane_y_.push_back(static_cast<float>(n.y()));
-      plane_z_.push_back(static_cast<float>(n.z()));
-      plane_d_.push_back(static_cast<float>(n.dot(corner(0))));
-    }
-    meshes_.push_back(mesh);
+float Brightness(const Light& light, const Vector3f& colour, const Vector3d& normal_W) noexcept {
+  const Vector3d light_W = light.direction_W.cast<double>().normalized();
+  const double sky = light.ambient * (0.8 + 0.2 * normal_W.z());
+  const double direct = (1.0 - light.ambient) * std::max(0.0, normal_W.dot(light_W));
+  return Luminance(colour) * static_cast<float>(sky + direct);
+}
+
+VisibleTriangles::VisibleTriangles(const Scene& scene, const CameraModel& camera, double near)
+    : camera_(camera), light_(scene.light), near_(near), bent_(!camera.distortion.none()) {
+  for (const Body& body : scene.bodies) {
+    Add(body.frame, body.mesh, body.colour, FindOccluders(body.mesh));
+  }
+  for (const SceneMarker& marker : scene.markers) {
+    if (!marker.plate) continue;
+    TriangleMesh plate = PlainMarkerPlate(marker.marker);
+    std::vector<Ellipsoid> occluders = FindOccluders(plate);
+    plate.indices.resize(plate.indices.size() - std::size_t{3} * kPlainPlateSides);
+    Add(marker.frame, plate, *marker.plate, std::move(occluders));
   }
   ray_x_.resize(x_.size());
   ray_y_.resize(x_.size());
   facing_.resize(plane_d_.size());
   hidden_.resize(x_.size());
+}
+
+void VisibleTriangles::Add(int frame, const TriangleMesh& mesh, const Vector3f& colour,
+                           std::vector<Ellipsoid> occluders) {
+  Mesh added;
+  added.frame = frame;
+  added.brightness = Luminance(colour);
+  added.bound = Bound(mesh);
+  added.first_vertex = static_cast<std::uint32_t>(x_.size());
+  added.first_triangle = static_cast<std::uint32_t>(plane_d_.size());
+  added.vertices = static_cast<std::uint32_t>(mesh.vertices.size());
+  added.triangles = static_cast<std::uint32_t>(mesh.triangles());
+  added.occluders = std::move(occluders);
+  for (const Vector3f& p : mesh.vertices) {
+    x_.push_back(p.x());
+    y_.push_back(p.y());
+    z_.push_back(p.z());
+  }
+  for (const Vector3f& n : mesh.normals) {
+    nx_.push_back(n.x());
+    ny_.push_back(n.y());
+    nz_.push_back(n.z());
+  }
+  for (std::uint32_t t = 0; t < added.triangles; ++t) {
+    const auto corner = [&](int k) -> Vector3d {
+      return mesh.vertices[mesh.indices[3 * t + k]].cast<double>();
+    };
+    for (int k = 0; k < 3; ++k) corners_.push_back(added.first_vertex + mesh.indices[3 * t + k]);
+    const Vector3d n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+    plane_x_.push_back(static_cast<float>(n.x()));
+    plane_y_.push_back(static_cast<float>(n.y()));
+    plane_z_.push_back(static_cast<float>(n.z()));
+    plane_d_.push_back(static_cast<float>(n.dot(corner(0))));
+  }
+  meshes_.push_back(std::move(added));
 }
 
 void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
@@ -179,7 +197,7 @@ void VisibleTriangles::HideVertices(const Mesh& mesh, const SeenOccluder& occlud
   }
 }
 
-// Lambert's law for the one light, a little more from the sky than from the floor, and the ambient light.
+// Lit as by Brightness().
 void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vector3d& light_B,
                                      const Vector3d& up_B, LitVertex* vertices) {
   const Eigen::Matrix<float, 3, 4> X = mesh.X_CB.matrix().topRows<3>().cast<float>();

@@ -22,12 +22,18 @@ struct LitVertex {
   float brightness;   ///< 0 to 1.
 };
 
+/// How bright a surface is without its gloss: Lambert's law for the one light, a little more from the sky than from
+/// the floor, and the ambient light.
+/// @param normal_W  Unit.
+[[nodiscard]] float Brightness(const Light& light, const Eigen::Vector3f& colour,
+                               const Eigen::Vector3d& normal_W) noexcept;
+
 class VisibleTriangles {
  public:
+  /// Of the markers' plates all but the faces, which are part of the markers' own images.
   /// @param camera  Its windows are what Select() is asked for. The distance within which a point is not
   ///   drawn is `near` [m].
-  VisibleTriangles(const std::vector<Body>& bodies, const Light& light, const CameraModel& camera,
-                   double near);
+  VisibleTriangles(const Scene& scene, const CameraModel& camera, double near);
 
   [[nodiscard]] int vertex_count() const noexcept { return static_cast<int>(x_.size()); }
 
@@ -67,6 +73,8 @@ class VisibleTriangles {
     Eigen::Matrix3d to_unit_C;  // In C's axes [1/m].
   };
 
+  void Add(int frame, const TriangleMesh& mesh, const Eigen::Vector3f& colour,
+           std::vector<Ellipsoid> occluders);
   void PlaceVertices(const Mesh& mesh, const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
                      LitVertex* vertices);
   void FindOccludersInUse();

@@ -105,7 +105,11 @@ Scene WithoutOccluders(Scene scene) {
 
 TEST(Occluders, ChangeNoPixel) {
   const std::vector<Marker> tool = test::ToolMarkers(0.03, 0.06, Vector3d::UnitX(), true);
-  const Scene scene = test::ToyScene(tool, {});
+  Scene scene = test::ToyScene(tool, {});
+  for (SceneMarker& marker : scene.markers) {  // Their plates as bodies, like all others.
+    scene.bodies.push_back({marker.frame, PlainMarkerPlate(marker.marker), *marker.plate, 0.0F});
+    marker.plate.reset();
+  }
   std::size_t occluders = 0;
   for (const Body& body : scene.bodies) occluders += FindOccluders(body.mesh).size();
   ASSERT_GT(occluders, tool.size() + 3);

@@ -147,6 +147,50 @@ Scene OneMarker(const Marker& marker) {
   return scene;
 }
 
+// In grey images the face of a plate is painted by its marker. It looks as its mesh would, but for its edge.
+TEST(RenderGeometry, PlateLooksTheSameFromItsMarkerAsFromItsMesh) {
+  Marker marker;
+  marker.p = {0.02, -0.03, 0.5};
+  marker.normal = Vector3d(0.3, -0.2, 0.9).normalized();
+  marker.radius = 0.03;
+  const Eigen::Vector3f colour(0.36F, 0.38F, 0.41F);
+  Scene painted = OneMarker(marker);
+  painted.markers[0].plate = colour;
+  Scene meshed = OneMarker(marker);
+  meshed.bodies.push_back({kWorldFrame, PlainMarkerPlate(marker), colour, 0.0F});
+  for (const double k1 : {0.0, -0.2}) {
+    CameraModel camera = test::Camera();
+    camera.distortion.k1 = k1;
+    Renderer by_marker = test::MakeRenderer(camera, painted);
+    Renderer by_mesh = test::MakeRenderer(camera, meshed);
+    GreyImage a;
+    GreyImage b;
+    int on_face = 0;
+    for (const Vector3d& from :
+         {Vector3d(0.1, 0.1, 1.3), Vector3d(0.9, -0.3, 0.9), Vector3d(-0.5, 0.2, 1.1)}) {
+      const Isometry3d X_WC = test::LookAt(from, marker.p);
+      by_marker.RenderGrey(X_WC, {}, &a);
+      by_mesh.RenderGrey(X_WC, {}, &b);
+      const double pixel = 1.5 * (from - marker.p).norm() / camera.fx;  // A pixel and a half [m].
+      for (int v = 0; v < a.height; ++v) {
+        for (int u = 0; u < a.width; ++u) {
+          // Where the pixel's ray meets the marker's plane, from the marker's centre.
+          const Vector3d ray =
+              X_WC.linear() * ToNormalised(camera, Eigen::Vector2d(u, v)).homogeneous();
+          const double way = marker.normal.dot(marker.p - from) / marker.normal.dot(ray);
+          const double radius = (from + way * ray - marker.p).norm();
+          const double slant = 1.0 / std::abs(marker.normal.dot(ray.normalized()));
+          const double edge = kPlateRadii * marker.radius;
+          if (std::abs(radius - edge) < pixel * slant) continue;
+          ASSERT_NEAR(*a.at(u, v), *b.at(u, v), 1) << u << " " << v;
+          if (radius > kRingRadii * marker.radius + pixel && radius < edge) ++on_face;
+        }
+      }
+    }
+    EXPECT_GT(on_face, 200);
+  }
+}
+
 TEST(RenderGeometry, MarkerHasItsLevelsAndSizes) {
   for (const bool dark : {true, false}) {
     Marker marker;

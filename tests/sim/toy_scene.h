@@ -86,12 +86,7 @@ inline Scene ToyScene(const std::vector<Marker>& tool_markers,
   drum(2, 0.06);
   for (const auto& [frame, markers] :
        {std::pair{kToolFrame, tool_markers}, {kWorldFrame, world_markers}}) {
-    TriangleMesh plates;
-    for (const Marker& marker : markers) {
-      scene.markers.push_back({frame, marker});
-      Append(&plates, MarkerPlate(marker));
-    }
-    if (plates.triangles() > 0) scene.bodies.push_back({frame, plates, look.plate, 0.1F});
+    for (const Marker& marker : markers) scene.markers.push_back({frame, marker, look.plate});
   }
   return scene;
 }
