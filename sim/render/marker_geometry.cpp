@@ -23,8 +23,7 @@ std::optional<MarkerQuad> PlaceMarker(const CameraModel& camera, const Isometry3
                                       const Marker& marker, double radii) {
   const Vector3d p_C = X_CF * marker.p;
   const Vector3d normal_C = X_CF.linear() * marker.normal;
-  const std::optional<DiscImage> whole =
-      ProjectDisc(camera, p_C, normal_C, radii * marker.radius);
+  const std::optional<DiscImage> whole = ProjectDisc(camera, p_C, normal_C, radii * marker.radius);
   if (!whole || whole->cos_incidence <= 1e-3) return std::nullopt;
 
   MarkerQuad quad;

@@ -20,10 +20,10 @@ Isometry3d MarkerFrame(const Marker& marker) {
 TriangleMesh Plate(const Marker& marker, double height, double bevel, int sides) {
   const double r = marker.radius;
   TriangleMesh plate;
-  Append(&plate,
-         CylinderMesh({0.0, 0.0, -0.6 * r}, {0.0, 0.0, height * r}, kPlateRadii * r, bevel * r,
-                      sides),
-         MarkerFrame(marker));
+  Append(
+      &plate,
+      CylinderMesh({0.0, 0.0, -0.6 * r}, {0.0, 0.0, height * r}, kPlateRadii * r, bevel * r, sides),
+      MarkerFrame(marker));
   return plate;
 }
 
