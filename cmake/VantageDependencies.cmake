@@ -3,7 +3,7 @@ include(VantageExternals)
 foreach(target
     Threads::Threads Eigen3::Eigen vantage_visp vantage_opencv vantage_lcm vantage_kdl
     PkgConfig::URDFDOM PkgConfig::CONSOLE_BRIDGE PkgConfig::TINYXML2 PkgConfig::ASSIMP PkgConfig::NLOPT PkgConfig::PCRE2 PkgConfig::NCURSESW
-    vantage_yaml CLI11::CLI11 nlohmann_json::nlohmann_json)
+    vantage_yaml CLI11::CLI11 nlohmann_json::nlohmann_json meshoptimizer::meshoptimizer)
   vantage_find_external(${target} REQUIRED)
 endforeach()
 if(BUILD_TESTING)

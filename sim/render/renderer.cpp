@@ -96,7 +96,7 @@ struct MarkerVertex {
   float row_s[3], row_t[3], row_w[3];
   float reference_levels[4];
   float index;
-  float plate[2];  // Radius in the disc's radii, brightness.
+  float plate[2];  // Radius in the disc's radii, brightness; radius 0: no plate.
 };
 
 struct MeshBuffers {
@@ -574,18 +574,17 @@ class Renderer::Impl {
   }
 
   void DrawLitBodies(const RayBounds& bounds) {
-    visible_->Select(bounds, &indices_);
-    if (indices_.empty()) return;
+    const std::size_t count = visible_->Select(bounds, &indices_);
+    if (count == 0) return;
     gl_.Enable(GL_DEPTH_TEST);
     gl_.Disable(GL_CULL_FACE);
     gl_.Disable(GL_BLEND);
     gl_.UseProgram(lit_.name);
     SetLens(lit_);
     gl_.BindVertexArray(lit_array_);
-    gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER,
-                   static_cast<GLsizeiptr>(indices_.size() * sizeof(std::uint32_t)),
+    gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(count * sizeof(std::uint32_t)),
                    indices_.data(), GL_STREAM_DRAW);
-    gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(indices_.size()), GL_UNSIGNED_INT, nullptr);
+    gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT, nullptr);
   }
 
   void DrawGrey(const PixelWindow& window, const RayBounds& bounds, bool scissored) {
@@ -782,8 +781,7 @@ class Renderer::Impl {
       vertex.plate[0] = static_cast<float>(kPlateRadii);
       vertex.plate[1] = Brightness(scene_.light, *plate, X_WF.linear() * marker.normal);
     } else {
-      vertex.plate[0] = static_cast<float>(kRingRadii);
-      vertex.plate[1] = vertex.reference_levels[3];
+      vertex.plate[1] = vertex.reference_levels[3];  // The ring's: no other shines through.
     }
     const double nearer = kDepthScale * (1.0 / (quad.depth - quad.lift) - 1.0 / quad.depth);
     const PixelWindow& box = quad.bounds;

@@ -23,8 +23,8 @@ inline constexpr std::uint16_t kIdRing = 20000;  ///< + index in Scene::markers:
 
 /// Draws a scene through one camera model, from any pose, off screen.
 ///
-/// The grey image is what the simulated camera delivers. The edges of marker discs, of their rings and of their plates'
-/// faces carry their exact coverage of each pixel; all other edges are sharp, for speed. The same call gives the same pixels.
+/// The grey image is what the simulated camera delivers. The edges of marker discs and of their rings carry their exact
+/// coverage of each pixel; all other edges are sharp, for speed. The same call gives the same pixels.
 ///
 /// Not thread-safe: one thread at a time. Several renderers may live in one process.
 class Renderer {

@@ -16,7 +16,7 @@ Isometry3d MarkerFrame(const Marker& marker) {
   return X;
 }
 
-// Height of the face, width of the bevel: in the marker's radii.
+// Height of the face and width of the bevel in the marker's radii.
 TriangleMesh Plate(const Marker& marker, double height, double bevel, int sides) {
   const double r = marker.radius;
   TriangleMesh plate;

@@ -51,6 +51,13 @@ struct Light {
   float ambient{0.45F};  ///< Of a surface in the shade.
 };
 
+/// What grey images leave out for speed. Without, the image comes from more triangles: to compare with.
+struct Shortcuts {
+  bool hidden{true};  ///< Triangles wholly behind one convex part of a body. Changes no pixel.
+  double detail{
+      0.5};  ///< Meshes are as coarse as is within this in the image [px]; 0: as they are.
+};
+
 /// Constant part of a scene.
 struct Scene {
   std::vector<Body> bodies;
@@ -63,6 +70,7 @@ struct Scene {
   float background{0.47F};  ///< Brightness behind everything; 0 to 1.
   float dark{0.10F};        ///< Brightness of dark discs and dark rings.
   float bright{0.90F};      ///< Brightness of bright discs and bright rings.
+  Shortcuts shortcuts;
 };
 
 /// What moves.

@@ -180,7 +180,7 @@ void main() {
 )glsl";
 
 // Radius in the marker's plane as a function of the pixel, with its gradient: edges are where it is 1
-// (disc), 2 (ring) and plate.x, and (edge - radius) / |gradient| is the distance to them in pixels. `stretch` is the
+// (disc), 2 (ring) and, with a plate, plate.x; (edge - radius) / |gradient| is the distance to them in pixels. `stretch` is the
 // area of the plane that one pixel covers; stretch² / |gradient|³ is the disc's edge's curvature.
 inline constexpr const char* kMarkerRadius = R"glsl(
 flat in vec3 to_s;
@@ -234,7 +234,8 @@ void main() {
   float inset = stretch * stretch / (24.0 * steep * steep * steep);
   float disc = Coverage((1.0 - radius) / steep - inset, lean);
   float ring = Coverage((2.0 - radius) / steep, lean);
-  float all = Coverage((plate.x - radius) / steep, lean);
+  // The plate's edge is sharp: what is behind the face may not shine through between it and the rim.
+  float all = radius <= plate.x ? 1.0 : ring;
   colour = vec4(vec3(mix(plate.y, mix(frame.w, frame.z, disc), ring)), all);
 }
 )glsl";

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "sim/render/detail.h"
+
 // Loops over vertices are compiled for vectors of 128 and of 256 bits, and the processor's are chosen at run time. Without
 // fused operations the results are the same to the bit. Sanitisers are not at work yet when the choice is made.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -56,16 +58,18 @@ float Brightness(const Light& light, const Vector3f& colour, const Vector3d& nor
 }
 
 VisibleTriangles::VisibleTriangles(const Scene& scene, const CameraModel& camera, double near)
-    : camera_(camera), light_(scene.light), near_(near), bent_(!camera.distortion.none()) {
-  for (const Body& body : scene.bodies) {
-    Add(body.frame, body.mesh, body.colour, FindOccluders(body.mesh));
-  }
+    : camera_(camera),
+      light_(scene.light),
+      shortcuts_(scene.shortcuts),
+      near_(near),
+      bent_(!camera.distortion.none()) {
+  for (const Body& body : scene.bodies) Add(body.frame, body.mesh, body.colour, body.mesh);
   for (const SceneMarker& marker : scene.markers) {
     if (!marker.plate) continue;
-    TriangleMesh plate = PlainMarkerPlate(marker.marker);
-    std::vector<Ellipsoid> occluders = FindOccluders(plate);
-    plate.indices.resize(plate.indices.size() - std::size_t{3} * kPlainPlateSides);
-    Add(marker.frame, plate, *marker.plate, std::move(occluders));
+    const TriangleMesh plate = PlainMarkerPlate(marker.marker);
+    TriangleMesh drawn = plate;
+    drawn.indices.resize(plate.indices.size() - std::size_t{3} * kPlainPlateSides);
+    Add(marker.frame, drawn, *marker.plate, plate);
   }
   ray_x_.resize(x_.size());
   ray_y_.resize(x_.size());
@@ -74,16 +78,30 @@ VisibleTriangles::VisibleTriangles(const Scene& scene, const CameraModel& camera
 }
 
 void VisibleTriangles::Add(int frame, const TriangleMesh& mesh, const Vector3f& colour,
-                           std::vector<Ellipsoid> occluders) {
+                           const TriangleMesh& solid) {
   Mesh added;
   added.frame = frame;
   added.brightness = Luminance(colour);
   added.bound = Bound(mesh);
-  added.first_vertex = static_cast<std::uint32_t>(x_.size());
-  added.first_triangle = static_cast<std::uint32_t>(plane_d_.size());
-  added.vertices = static_cast<std::uint32_t>(mesh.vertices.size());
-  added.triangles = static_cast<std::uint32_t>(mesh.triangles());
-  added.occluders = std::move(occluders);
+  if (shortcuts_.hidden) added.occluders = FindOccluders(solid);
+  if (shortcuts_.detail > 0.0) {
+    for (const CoarseMesh& level : MakeLevelsOfDetail(mesh)) {
+      added.levels.push_back(Store(level.mesh));
+      added.errors.push_back(level.error);
+    }
+  } else {
+    added.levels.push_back(Store(mesh));
+    added.errors.push_back(0.0);
+  }
+  meshes_.push_back(std::move(added));
+}
+
+VisibleTriangles::Geometry VisibleTriangles::Store(const TriangleMesh& mesh) {
+  Geometry stored;
+  stored.first_vertex = static_cast<std::uint32_t>(x_.size());
+  stored.first_triangle = static_cast<std::uint32_t>(plane_d_.size());
+  stored.vertices = static_cast<std::uint32_t>(mesh.vertices.size());
+  stored.triangles = static_cast<std::uint32_t>(mesh.triangles());
   for (const Vector3f& p : mesh.vertices) {
     x_.push_back(p.x());
     y_.push_back(p.y());
@@ -94,18 +112,27 @@ void VisibleTriangles::Add(int frame, const TriangleMesh& mesh, const Vector3f& 
     ny_.push_back(n.y());
     nz_.push_back(n.z());
   }
-  for (std::uint32_t t = 0; t < added.triangles; ++t) {
+  for (std::uint32_t t = 0; t < stored.triangles; ++t) {
     const auto corner = [&](int k) -> Vector3d {
       return mesh.vertices[mesh.indices[3 * t + k]].cast<double>();
     };
-    for (int k = 0; k < 3; ++k) corners_.push_back(added.first_vertex + mesh.indices[3 * t + k]);
+    for (int k = 0; k < 3; ++k) corners_.push_back(stored.first_vertex + mesh.indices[3 * t + k]);
     const Vector3d n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
     plane_x_.push_back(static_cast<float>(n.x()));
     plane_y_.push_back(static_cast<float>(n.y()));
     plane_z_.push_back(static_cast<float>(n.z()));
     plane_d_.push_back(static_cast<float>(n.dot(corner(0))));
   }
-  meshes_.push_back(std::move(added));
+  return stored;
+}
+
+// By distance alone, so that every window of an image shows the same.
+void VisibleTriangles::ChooseDetail(Mesh* mesh) const {
+  const double nearest = mesh->centre_C.norm() - mesh->bound.radius;
+  const double tolerance = shortcuts_.detail * nearest / std::max(camera_.fx, camera_.fy);
+  const int level = mesh->crosses_near ? 0 : ChooseLevelOfDetail(mesh->errors, tolerance);
+  mesh->shown = mesh->levels[level];
+  mesh->error = mesh->errors[level];
 }
 
 void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
@@ -120,6 +147,7 @@ void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
     });
     if (!mesh.placed) continue;
     mesh.crosses_near = mesh.centre_C.z() - mesh.bound.radius < 1.01 * near_;
+    ChooseDetail(&mesh);
     PlaceVertices(mesh, X_WB.linear().transpose() * light_W, X_WB.linear().row(2).transpose(),
                   vertices);
     FindFacing(mesh, mesh.X_CB.inverse().translation());
@@ -141,7 +169,8 @@ void VisibleTriangles::FindOccludersInUse() {
       const double margin = kOccluderMargin * s.minCoeff();
       const double pixel = far / std::min(camera_.fx, camera_.fy);
       const double depth_step = far * far / near_ * kDepthStep;
-      if (margin < std::max(kSnap * pixel, depth_step)) continue;
+      // A coarser mesh may lie as much farther in as its error.
+      if (margin < std::max({kSnap * pixel, depth_step, mesh.error})) continue;
       const Eigen::Matrix3d to_unit_C =
           X_CB.linear() * ellipsoid.to_unit * X_CB.linear().transpose();
       // Area of the shadow on a plane across the ray to the centre.
@@ -161,7 +190,7 @@ void VisibleTriangles::HideBehindParts() {
   FindOccludersInUse();
   for (const Mesh& mesh : meshes_) {
     if (!mesh.placed) continue;
-    std::fill_n(hidden_.begin() + mesh.first_vertex, mesh.vertices, 0U);
+    std::fill_n(hidden_.begin() + mesh.shown.first_vertex, mesh.shown.vertices, 0U);
     if (mesh.crosses_near) continue;
     for (std::size_t k = 0; k < occluders_.size(); ++k) {
       const SeenOccluder& occluder = occluders_[k];
@@ -187,11 +216,11 @@ VANTAGE_CLONED void VisibleTriangles::HideVertices(const Mesh& mesh, const SeenO
   const float d00 = D(0, 0), d01 = D(0, 1), d02 = D(0, 2), tx = t.x(), ex = e.x();
   const float d10 = D(1, 0), d11 = D(1, 1), d12 = D(1, 2), ty = t.y(), ey = e.y();
   const float d20 = D(2, 0), d21 = D(2, 1), d22 = D(2, 2), tz = t.z(), ez = e.z();
-  const float* const x = x_.data() + mesh.first_vertex;
-  const float* const y = y_.data() + mesh.first_vertex;
-  const float* const z = z_.data() + mesh.first_vertex;
-  std::uint32_t* const hidden = hidden_.data() + mesh.first_vertex;
-  const int count = static_cast<int>(mesh.vertices);
+  const float* const x = x_.data() + mesh.shown.first_vertex;
+  const float* const y = y_.data() + mesh.shown.first_vertex;
+  const float* const z = z_.data() + mesh.shown.first_vertex;
+  std::uint32_t* const hidden = hidden_.data() + mesh.shown.first_vertex;
+  const int count = static_cast<int>(mesh.shown.vertices);
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
     const float dx = d00 * x[i] + d01 * y[i] + d02 * z[i] + tx;
@@ -219,7 +248,7 @@ VANTAGE_CLONED void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vect
   const float base = 0.8F * ambient;
   const float dx = direct.x(), dy = direct.y(), dz = direct.z();
   const float sx = sky.x(), sy = sky.y(), sz = sky.z();
-  const std::uint32_t first = mesh.first_vertex;
+  const std::uint32_t first = mesh.shown.first_vertex;
   const float* const x = x_.data() + first;
   const float* const y = y_.data() + first;
   const float* const z = z_.data() + first;
@@ -229,7 +258,7 @@ VANTAGE_CLONED void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vect
   LitVertex* const vertex = vertices + first;
   float* const ray_x = ray_x_.data() + first;
   float* const ray_y = ray_y_.data() + first;
-  const int count = static_cast<int>(mesh.vertices);
+  const int count = static_cast<int>(mesh.shown.vertices);
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
     const float px = r00 * x[i] + r01 * y[i] + r02 * z[i] + tx;
@@ -250,21 +279,22 @@ VANTAGE_CLONED void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vect
 VANTAGE_CLONED void VisibleTriangles::FindFacing(const Mesh& mesh, const Vector3d& eye_B) {
   const Vector3f eye = eye_B.cast<float>();
   const float ex = eye.x(), ey = eye.y(), ez = eye.z();
-  const std::uint32_t first = mesh.first_triangle;
+  const std::uint32_t first = mesh.shown.first_triangle;
   const float* const nx = plane_x_.data() + first;
   const float* const ny = plane_y_.data() + first;
   const float* const nz = plane_z_.data() + first;
   const float* const d = plane_d_.data() + first;
   std::uint8_t* const facing = facing_.data() + first;
-  const int count = static_cast<int>(mesh.triangles);
+  const int count = static_cast<int>(mesh.shown.triangles);
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
     facing[i] = nx[i] * ex + ny[i] * ey + nz[i] * ez > d[i] ? 1 : 0;
   }
 }
 
-void VisibleTriangles::Select(const RayBounds& bounds, std::vector<std::uint32_t>* indices) const {
-  indices->resize(corners_.size());
+std::size_t VisibleTriangles::Select(const RayBounds& bounds,
+                                     std::vector<std::uint32_t>* indices) const {
+  if (indices->size() < corners_.size()) indices->resize(corners_.size());
   std::uint32_t* next = indices->data();
   const auto x0 = static_cast<float>(bounds.x0);
   const auto x1 = static_cast<float>(bounds.x1);
@@ -278,7 +308,8 @@ void VisibleTriangles::Select(const RayBounds& bounds, std::vector<std::uint32_t
   const bool straight = !bent_ && camera_.skew == 0.0;
   for (const Mesh& mesh : meshes_) {
     if (!mesh.placed || !SphereMeets(bounds, mesh.centre_C, mesh.bound.radius)) continue;
-    for (std::uint32_t t = mesh.first_triangle; t < mesh.first_triangle + mesh.triangles; ++t) {
+    for (std::uint32_t t = mesh.shown.first_triangle;
+         t < mesh.shown.first_triangle + mesh.shown.triangles; ++t) {
       if (facing_[t] == 0) continue;
       const std::uint32_t* const corner = corners_.data() + std::size_t{3} * t;
       if ((hidden_[corner[0]] & hidden_[corner[1]] & hidden_[corner[2]]) != 0) continue;
@@ -306,7 +337,7 @@ void VisibleTriangles::Select(const RayBounds& bounds, std::vector<std::uint32_t
       next = std::copy_n(corner, 3, next);
     }
   }
-  indices->resize(static_cast<std::size_t>(next - indices->data()));
+  return static_cast<std::size_t>(next - indices->data());
 }
 
 }  // namespace vantage::sim

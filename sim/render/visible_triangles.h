@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -47,19 +48,28 @@ class VisibleTriangles {
   /// in the bodies' order: three indices of vertices each. None that shows is left out; many of those that
   /// are hidden wholly behind one convex part of a body are.
   /// @param bounds   One of those given to Place().
-  /// @param indices  Replaced; its capacity is kept.
-  void Select(const RayBounds& bounds, std::vector<std::uint32_t>* indices) const;
+  /// @param indices  Takes them; grows as needed and never shrinks.
+  /// @returns how many indices there are.
+  std::size_t Select(const RayBounds& bounds, std::vector<std::uint32_t>* indices) const;
 
  private:
+  // Where vertices and triangles are in the arrays below.
+  struct Geometry {
+    std::uint32_t first_vertex{0}, first_triangle{0};
+    std::uint32_t vertices{0}, triangles{0};
+  };
+
   // Of one body, in its own frame.
   struct Mesh {
     int frame{kWorldFrame};
     float brightness{0.0F};
     BoundingSphere bound;
-    std::uint32_t first_vertex{0}, first_triangle{0};
-    std::uint32_t vertices{0}, triangles{0};
+    std::vector<Geometry> levels;  // Of detail, the finest first.
+    std::vector<double> errors;    // Of theirs [m].
     std::vector<Ellipsoid> occluders;
     bool placed{false};
+    Geometry shown;  // The level in use, and its error.
+    double error{0.0};
     bool crosses_near{false};  // May reach the plane through the camera: no rays to its vertices.
     Eigen::Isometry3d X_CB{Eigen::Isometry3d::Identity()};
     Eigen::Vector3d centre_C{Eigen::Vector3d::Zero()};
@@ -73,8 +83,11 @@ class VisibleTriangles {
     Eigen::Matrix3d to_unit_C;  // In C's axes [1/m].
   };
 
+  // A mesh that is drawn, of a solid that hides what is behind it.
   void Add(int frame, const TriangleMesh& mesh, const Eigen::Vector3f& colour,
-           std::vector<Ellipsoid> occluders);
+           const TriangleMesh& solid);
+  Geometry Store(const TriangleMesh& mesh);
+  void ChooseDetail(Mesh* mesh) const;
   void PlaceVertices(const Mesh& mesh, const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
                      LitVertex* vertices);
   void FindOccludersInUse();
@@ -84,6 +97,7 @@ class VisibleTriangles {
 
   CameraModel camera_;
   Light light_;
+  Shortcuts shortcuts_;
   double near_;
   bool bent_;
   std::vector<Mesh> meshes_;

@@ -261,7 +261,9 @@ class RunTest : public ::testing::Test {
 
 // The main job, all processes: converges, exit code 0, and the run folder holds what it promises.
 TEST_F(RunTest, WholeRunConvergesAndLeavesItsFolder) {
-  const auto [text, code] = VantageRun("puma560-bad-view --priority 0 --out " + folder_.string());
+  // A machine that is busy with other things takes longer, in stops and starts: the time is not what is tested.
+  const auto [text, code] =
+      VantageRun("puma560-bad-view --priority 0 --time-limit 300 --out " + folder_.string());
   EXPECT_EQ(code, 0) << text;
   EXPECT_NE(text.find("converged after"), std::string::npos) << text;
   EXPECT_NE(text.find("tools/spy"), std::string::npos);

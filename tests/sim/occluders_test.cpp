@@ -9,6 +9,7 @@
 
 #include "sim/render/arm_scene.h"
 #include "sim/render/renderer.h"
+#include "sim/render/visible_triangles.h"
 #include "toy_scene.h"
 
 namespace vantage::sim {
@@ -91,35 +92,23 @@ TEST(Occluders, AreNoneInASheet) {
   EXPECT_TRUE(FindOccluders(mesh).empty());
 }
 
-// The same bodies with every face twice are closed nowhere: nothing is left out as hidden, and each face's
-// second copy, no nearer than the first, changes no pixel.
-Scene WithoutOccluders(Scene scene) {
-  for (Body& body : scene.bodies) {
-    std::vector<std::uint32_t>& indices = body.mesh.indices;
-    const std::vector<std::uint32_t> once = indices;
-    indices.insert(indices.end(), once.begin(), once.end());
-    EXPECT_TRUE(FindOccluders(body.mesh).empty());
-  }
-  return scene;
-}
-
 TEST(Occluders, ChangeNoPixel) {
   const std::vector<Marker> tool = test::ToolMarkers(0.03, 0.06, Vector3d::UnitX(), true);
   Scene scene = test::ToyScene(tool, {});
-  for (SceneMarker& marker : scene.markers) {  // Their plates as bodies, like all others.
-    scene.bodies.push_back({marker.frame, PlainMarkerPlate(marker.marker), *marker.plate, 0.0F});
-    marker.plate.reset();
-  }
-  std::size_t occluders = 0;
-  for (const Body& body : scene.bodies) occluders += FindOccluders(body.mesh).size();
-  ASSERT_GT(occluders, tool.size() + 3);
   Renderer with = test::MakeRenderer(test::Camera(), scene);
-  Renderer without = test::MakeRenderer(test::Camera(), WithoutOccluders(scene));
+  VisibleTriangles fewer(scene, test::Camera(), 0.03);
+  scene.shortcuts.hidden = false;
+  Renderer without = test::MakeRenderer(test::Camera(), scene);
+  VisibleTriangles all(scene, test::Camera(), 0.03);
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   GreyImage a;
   GreyImage b;
-  for (int i = 0; i < 60; ++i) {
+  std::vector<LitVertex> vertices(all.vertex_count());
+  std::vector<std::uint32_t> indices;
+  const RayBounds image = BoundRays(test::Camera(), {0, 0, 640, 480});
+  std::size_t left_out = 0;
+  for (int i = 0; i < 200; ++i) {
     // From near enough to be within a body, now and then, to far.
     const double distance = 0.1 + 3.0 * std::pow(std::abs(uniform(random)), 2.0);
     const Vector3d aim(0.3, 0.1 * uniform(random), 0.35);
@@ -129,7 +118,12 @@ TEST(Occluders, ChangeNoPixel) {
     with.RenderGrey(X_WC, state, &a);
     without.RenderGrey(X_WC, state, &b);
     ASSERT_EQ(a.pixels, b.pixels) << "view " << i;
+    for (VisibleTriangles* triangles : {&all, &fewer}) {
+      triangles->Place(X_WC.inverse(), state, {image}, vertices.data());
+    }
+    left_out += all.Select(image, &indices) - fewer.Select(image, &indices);
   }
+  EXPECT_GT(left_out, 200U * 3U * 100U);
 }
 
 }  // namespace
