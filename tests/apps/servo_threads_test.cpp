@@ -22,7 +22,7 @@
 namespace vantage {
 namespace {
 
-constexpr double kStep = 0.004;  // of the arm and its messages [s]
+constexpr double kStep = 0.004;  // of the arm and its messages, at least [s]
 constexpr int kStepsBetweenImages = 5;
 
 // The cell of a scenario: obeys joint velocities and camera poses at once, sees every marker.
@@ -74,14 +74,19 @@ class PlayedCell {
 
  private:
   void Play() {
+    Time last = Clock::now();
     for (int step = 0; !done_; ++step) {
       std::this_thread::sleep_for(FromSeconds(kStep));
+      // A busy machine sleeps longer; an arm moves on meanwhile, or it would not be following.
+      const Time now = Clock::now();
+      const double passed = ToSeconds(now - last);
+      last = now;
       JointState joints;
       CameraPose pose;
       {
         const std::lock_guard lock(mutex_);
-        if (qdot_.size() == q_.size()) q_ += kStep * qdot_;
-        joints = {Clock::now(), q_, qdot_};
+        if (qdot_.size() == q_.size()) q_ += passed * qdot_;
+        joints = {now, q_, qdot_};
         pose = {joints.stamp, X_WC_};
       }
       link_.Publish(kJointStateChannel, joints);
