@@ -17,7 +17,7 @@ struct CoarseMesh {
   double error{0.0};
 };
 
-/// The mesh itself and coarser ones, each with less than three quarters of the triangles of the one before and a larger
+/// The mesh itself and coarser ones, each with less than three quarters of the triangles of the one before and no smaller
 /// error, from 0.25 mm to a twentieth of its size. Vertices and their normals are some of the mesh's own; what is closed stays
 /// closed.
 [[nodiscard]] std::vector<CoarseMesh> MakeLevelsOfDetail(const TriangleMesh& mesh);

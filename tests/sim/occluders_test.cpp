@@ -95,6 +95,10 @@ TEST(Occluders, AreNoneInASheet) {
 TEST(Occluders, ChangeNoPixel) {
   const std::vector<Marker> tool = test::ToolMarkers(0.03, 0.06, Vector3d::UnitX(), true);
   Scene scene = test::ToyScene(tool, {});
+  std::size_t occluders = 0;
+  for (const Body& body : scene.bodies) occluders += FindOccluders(body.mesh).size();
+  for (const Marker& marker : tool) occluders += FindOccluders(PlainMarkerPlate(marker)).size();
+  ASSERT_GT(occluders, tool.size() + 3);
   Renderer with = test::MakeRenderer(test::Camera(), scene);
   VisibleTriangles fewer(scene, test::Camera(), 0.03);
   scene.shortcuts.hidden = false;
