@@ -760,13 +760,19 @@ void Servo::JudgeProgress(Time now) noexcept {
 }
 
 void Servo::Command(Time now, const JointVector& qdot) noexcept {
+  JointVector& q = output_.command.q;
+  if (!joints_.empty()) {
+    // While a period was late, an arm that takes velocities went on and one that takes positions waited:
+    // its encoders tell. Towards them only, so that no position command jumps.
+    const JointVector unsure = late_ * qdot_.cwiseAbs();
+    q += (joints_.newest() - q).cwiseMax(-unsure).cwiseMin(unsure);
+    // At rest the position command follows the arm, so that it never jumps when motion resumes.
+    if (qdot.isZero(0.0)) q = joints_.newest();
+  }
+  q += dt_ * qdot;
   qdot_ = qdot;
   output_.command.stamp = now;
   output_.command.qdot = qdot;
-  // At rest the position command follows the arm, so that it never jumps when motion resumes.
-  output_.command.q = qdot.isZero(0.0) && !joints_.empty()
-                          ? joints_.newest()
-                          : JointVector(output_.command.q + dt_ * qdot);
 }
 
 bool Servo::ArmFollows() noexcept {
@@ -817,8 +823,9 @@ const ServoOutput& Servo::Step(Time now) noexcept {
   status.stamp = now;
   output_.error.resize(0);
   // A period that starts early, after a late one, must not use up a whole period's acceleration.
-  dt_ = last_step_ == Time{} ? options_.period
-                             : std::clamp(Age(now, last_step_), 0.0, options_.period);
+  const double elapsed = last_step_ == Time{} ? options_.period : Age(now, last_step_);
+  dt_ = std::clamp(elapsed, 0.0, options_.period);
+  late_ = std::max(elapsed - options_.period, 0.0);
   last_step_ = now;
 
   if (!enabled_) fault_ = false;

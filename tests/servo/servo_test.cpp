@@ -35,6 +35,11 @@ class Cell {
     X_WC_ = X_WC;
     ++tick_;
   }
+  /// A period without a command: an arm that takes velocities moves on.
+  void Miss(bool takes_velocities) {
+    if (takes_velocities) q_ += test::kPeriod * qdot_;
+    ++tick_;
+  }
   [[nodiscard]] Time now() const { return At(1.0 + tick_ * test::kPeriod); }
   [[nodiscard]] JointState Joints() const { return {now(), q_, qdot_}; }
   [[nodiscard]] CameraPose Pose() const { return {now(), X_WC_}; }
@@ -138,6 +143,38 @@ TEST(Servo, EveryCommandKeepsTheLimits) {
       ASSERT_LE(std::abs(qdot(j) - last(j)), 8.0 * test::kPeriod + 1e-12);
     }
     last = qdot;
+  }
+}
+
+// A busy machine misses every third period of a long and slow motion. The position command stays with the arm,
+// whichever of the two commands the arm takes, and is never further on than the arm can have gone.
+TEST(Servo, MissedPeriodsDoNotPartTheCommandFromTheArm) {
+  for (const bool takes_velocities : {true, false}) {
+    SCOPED_TRACE(takes_velocities ? "velocities" : "positions");
+    Session run;
+    constexpr double kSlow = 0.15;  // [rad/s]
+    std::vector<JointLimits> limits = run.view.arm.limits();
+    for (JointLimits& limit : limits) limit.velocity = kSlow;
+    run.view.arm = run.view.arm.WithLimits(limits);
+    run.servo = MakeServo(run.view, kGoal);
+    const double step = (takes_velocities ? 2.0 : 1.0) * kSlow * test::kPeriod + 1e-12;
+    JointVector last = kStart;
+    double apart = 0.0;
+    ServoOutput out;
+    for (int i = 0; i < 4000; ++i) {
+      out = run.Tick();
+      ASSERT_NE(out.status.state, ServoState::kFault) << "after " << i;
+      apart = std::max(apart, (out.command.q - run.cell.q()).lpNorm<Eigen::Infinity>());
+      ASSERT_LE((out.command.q - last).lpNorm<Eigen::Infinity>(), step);
+      last = out.command.q;
+      if (i % 2 == 1) {
+        run.cell.Miss(takes_velocities);
+        run.Feed();
+      }
+    }
+    EXPECT_LE(apart, step);
+    EXPECT_EQ(out.status.state, ServoState::kConverged);
+    EXPECT_TRUE(test::Near(run.cell.q(), kGoal, 2e-3));
   }
 }
 

@@ -187,6 +187,7 @@ class Servo {
   // Of the period under way.
   bool camera_moves_{false};
   double dt_{0.0};      // since the last one, at most the nominal period [s]
+  double late_{0.0};    // what was left of it [s]
   JointVector q_;       // now, as read
   JointVector q_true_;  // with the encoders' zeros corrected
   JointVector qdot_;    // last commanded
