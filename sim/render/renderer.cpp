@@ -11,6 +11,7 @@
 
 #include <Eigen/LU>
 
+#include "sim/render/floor_tiles.h"
 #include "sim/render/gl_functions.h"
 #include "sim/render/marker_geometry.h"
 #include "sim/render/shaders.h"
@@ -142,24 +143,6 @@ double TrustedRadius2(const CameraModel& camera) {
     trusted = r2;
   }
   return std::max(trusted, 1e-6);
-}
-
-// The squares of the floor that are darker than the background, in W.
-TriangleMesh DarkTiles(const Floor& floor) {
-  TriangleMesh mesh;
-  if (!floor.visible) return mesh;
-  const int reach = std::min(200, static_cast<int>(std::ceil(floor.reach / floor.tile)));
-  for (int i = -reach; i < reach; ++i) {
-    for (int j = -reach; j < reach; ++j) {
-      if ((i + j) % 2 != 0) continue;
-      const auto corner = [&](int x, int y) {
-        return Vector3d(x * floor.tile, y * floor.tile, floor.height);
-      };
-      AppendQuad(&mesh, {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)},
-                 Vector3d::UnitZ());
-    }
-  }
-  return mesh;
 }
 
 // Of colour and ID images the plates are bodies like others.
@@ -595,7 +578,7 @@ class Renderer::Impl {
     gl_.DepthMask(GL_TRUE);
     gl_.ClearColor(scene_.background, 0.0F, 0.0F, 1.0F);
     gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    if (FloorSeen()) DrawTiles();
+    if (FloorSeen()) DrawTiles(bounds);
     DrawLitBodies(bounds);
     DrawMarkers(MarkerLook::kGrey, window);
   }
@@ -607,7 +590,10 @@ class Renderer::Impl {
   }
 
   // The floor comes first and without depth: nothing of a scene lies below it.
-  void DrawTiles() {
+  void DrawTiles(const RayBounds& bounds) {
+    const IndexRange seen = bent_ ? IndexRange{0, static_cast<std::size_t>(floor_.indices)}
+                                  : TilesSeen(scene_.floor, X_WC_, bounds);
+    if (seen.count == 0) return;
     gl_.Disable(GL_DEPTH_TEST);
     gl_.Disable(GL_CULL_FACE);
     gl_.Disable(GL_BLEND);
@@ -617,7 +603,8 @@ class Renderer::Impl {
     const Matrix4f world_to_camera = X_CW_.matrix().cast<float>();
     gl_.UniformMatrix4fv(tile_.body_to_camera, 1, GL_FALSE, world_to_camera.data());
     gl_.BindVertexArray(floor_.vertex_array);
-    gl_.DrawElements(GL_TRIANGLES, floor_.indices, GL_UNSIGNED_INT, nullptr);
+    gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(seen.count), GL_UNSIGNED_INT,
+                     reinterpret_cast<const void*>(seen.first * sizeof(std::uint32_t)));
   }
 
   void DrawBackdrop() {

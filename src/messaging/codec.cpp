@@ -153,7 +153,7 @@ Refusal CheckStatus(const vantage_msgs::servo_status_t& wire) noexcept {
       .Finite({wire.error_px, wire.loop_time_us, wire.loop_time_max_us, wire.loop_time_p50_us,
                wire.loop_time_p99_us, wire.loop_time_p999_us, wire.lateness_p999_us,
                wire.lateness_max_us, wire.calibration_position, wire.calibration_rotation,
-               wire.calibration_focal, wire.calibration_joint})
+               wire.calibration_focal, wire.calibration_revolute, wire.calibration_prismatic})
       .UpTo(static_cast<int>(ServoState::kFault), wire.state)
       .UpTo(static_cast<int>(HoldReason::kArmNotFollowing), wire.reason)
       .NotNegative({wire.seq, wire.markers_seen, wire.markers_needed, wire.deadline_misses,
@@ -310,7 +310,7 @@ Refusal Decode(const void* data, std::size_t size, ServoStatus* out) noexcept {
   std::copy(std::begin(wire.stops_by_reason), std::end(wire.stops_by_reason),
             out->stops_by.begin());
   out->calibration = {wire.calibration_position, wire.calibration_rotation, wire.calibration_focal,
-                      wire.calibration_joint};
+                      wire.calibration_revolute, wire.calibration_prismatic};
   return Refusal::kNone;
 }
 
@@ -446,7 +446,8 @@ void Encode(const ServoStatus& value, Bytes* out) {
   wire.calibration_position = value.calibration.position;
   wire.calibration_rotation = value.calibration.rotation;
   wire.calibration_focal = value.calibration.focal;
-  wire.calibration_joint = value.calibration.joint;
+  wire.calibration_revolute = value.calibration.revolute;
+  wire.calibration_prismatic = value.calibration.prismatic;
   EncodeWire(wire, out);
 }
 

@@ -127,7 +127,8 @@ void WriteSummary(const RunSummary& summary, const std::string& path) {
   json["calibration_found"] = {{"position_m", Number(found.position)},
                                {"rotation_rad", Number(found.rotation)},
                                {"focal_share", Number(found.focal)},
-                               {"joint", Number(found.joint)}};
+                               {"revolute_rad", Number(found.revolute)},
+                               {"prismatic_m", Number(found.prismatic)}};
   json["control_periods"] = summary.status.seq;
   json["deadline_misses"] = summary.status.deadline_misses;
   json["loop_time_p50_us"] = Number(summary.status.loop_time_p50_us);

@@ -369,9 +369,19 @@ Isometry3d Servo::UpdateCalibration(const JointVector& q) noexcept {
   X_WC_exposure_ = features_.X_WC * calibration_.X_CTrue();
   if (!corrected) return X_WEBefore;
   const Isometry3d& X_CTrue = calibration_.X_CTrue();
-  output_.status.calibration = {
-      X_CTrue.translation().norm(), Eigen::AngleAxisd(X_CTrue.linear()).angle(),
-      calibration_.focal_factor() - 1.0, calibration_.joint_bias().lpNorm<Eigen::Infinity>()};
+  const auto largest = [&](JointKind kind) {
+    double bias = 0.0;
+    for (int i = 0; i < view.arm.size(); ++i) {
+      if (view.arm.joint_kinds()[static_cast<std::size_t>(i)] == kind) {
+        bias = std::max(bias, std::abs(calibration_.joint_bias()(i)));
+      }
+    }
+    return bias;
+  };
+  output_.status.calibration = {X_CTrue.translation().norm(),
+                                Eigen::AngleAxisd(X_CTrue.linear()).angle(),
+                                calibration_.focal_factor() - 1.0, largest(JointKind::kRevolute),
+                                largest(JointKind::kPrismatic)};
   camera_ = WithFocalFactor(view.camera, calibration_.focal_factor());
   Isometry3d X_WE = EndEffectorPose(view.arm, q - calibration_.joint_bias());
   const auto shift = [&](int id, const Vector3d& p_WBefore, const Vector3d& p_W, Vector2d* offset) {

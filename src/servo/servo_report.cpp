@@ -109,13 +109,20 @@ std::string DescribeStops(const ServoStatus& status) {
 }
 
 std::string Describe(const CalibrationFound& found) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                "camera off by %.1f mm and %.2f deg, focal length by %+.2f %%, encoders by up to "
-                "%.2f deg (or %.1f mm)",
-                1e3 * found.position, kDegreesPerRadian * found.rotation, 100.0 * found.focal,
-                kDegreesPerRadian * found.joint, 1e3 * found.joint);
-  return text.data();
+  std::array<char, 160> camera{};
+  std::snprintf(camera.data(), camera.size(),
+                "camera off by %.1f mm and %.2f deg, focal length by %+.2f %%, encoders by up to ",
+                1e3 * found.position, kDegreesPerRadian * found.rotation, 100.0 * found.focal);
+  std::array<char, 40> turns{};
+  std::snprintf(turns.data(), turns.size(), "%.2f deg", kDegreesPerRadian * found.revolute);
+  std::array<char, 40> slides{};
+  std::snprintf(slides.data(), slides.size(), "%.1f mm", 1e3 * found.prismatic);
+  // An arm may have joints of one kind only.
+  std::string encoders = turns.data();
+  if (found.prismatic > 0.0) {
+    encoders = found.revolute > 0.0 ? encoders + " and " + slides.data() : slides.data();
+  }
+  return camera.data() + encoders;
 }
 
 }  // namespace vantage

@@ -215,7 +215,8 @@ TEST(RoundTrip, ServoStatus) {
   EXPECT_EQ(got.calibration.position, sent.calibration.position);
   EXPECT_EQ(got.calibration.rotation, sent.calibration.rotation);
   EXPECT_EQ(got.calibration.focal, sent.calibration.focal);
-  EXPECT_EQ(got.calibration.joint, sent.calibration.joint);
+  EXPECT_EQ(got.calibration.revolute, sent.calibration.revolute);
+  EXPECT_EQ(got.calibration.prismatic, sent.calibration.prismatic);
 }
 
 TEST(RoundTrip, GroundTruth) {
@@ -641,7 +642,7 @@ TEST(ServoStatusRefusals, OneByOne) {
        {&Wire::error_px, &Wire::loop_time_us, &Wire::loop_time_max_us, &Wire::loop_time_p50_us,
         &Wire::loop_time_p99_us, &Wire::loop_time_p999_us, &Wire::lateness_p999_us,
         &Wire::lateness_max_us, &Wire::calibration_position, &Wire::calibration_rotation,
-        &Wire::calibration_focal, &Wire::calibration_joint}) {
+        &Wire::calibration_focal, &Wire::calibration_revolute, &Wire::calibration_prismatic}) {
     EXPECT_EQ(changed([=](Wire* m) { m->*member = kNaN; }), Refusal::kNotFinite);
   }
   for (std::int32_t Wire::*member : {&Wire::state, &Wire::reason}) {

@@ -108,7 +108,7 @@ inline ServoStatus SampleServoStatus() {
   value.stops = 5;
   value.stops_by[2] = 2;
   value.stops_by[7] = 3;
-  value.calibration = {0.0031, 0.0073, -0.005, 0.0054};
+  value.calibration = {0.0031, 0.0073, -0.005, 0.0054, 0.0012};
   return value;
 }
 

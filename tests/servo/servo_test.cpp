@@ -443,6 +443,33 @@ ServoTask MakeTask() {
 }
 
 // What the headers ask of options and goal is asked when a servo is made, with the key.
+// A zero that is off by half a degree is looked for among the joints of its kind.
+TEST(Servo, TellsWhichKindOfEncoderIsOff) {
+  Session run;
+  for (int i = 0; i < 2000; ++i) {
+    JointState joints = run.cell.Joints();
+    joints.q(1) += 0.01;
+    run.servo.Accept(joints, run.cell.now());
+    run.servo.Accept(run.cell.Pose(), run.cell.now());
+    if (run.cell.ImageDue()) run.servo.Accept(run.cell.Image(), run.cell.now());
+    run.cell.Advance(run.servo.Step(run.cell.now()).command, run.X_WC);
+  }
+  const CalibrationFound& found = run.Tick().status.calibration;
+  EXPECT_GT(found.revolute, 0.001);
+  EXPECT_LT(found.revolute, 0.02);
+  EXPECT_EQ(found.prismatic, 0.0);
+}
+
+TEST(ServoReport, DescribesWhatIsOffOfTheCalibration) {
+  const std::string camera = "camera off by 3.1 mm and 0.42 deg, focal length by -0.50 %, ";
+  EXPECT_EQ(Describe(CalibrationFound{0.0031, 0.0073, -0.005, 0.0054, 0.0}),
+            camera + "encoders by up to 0.31 deg");
+  EXPECT_EQ(Describe(CalibrationFound{0.0031, 0.0073, -0.005, 0.0, 0.0012}),
+            camera + "encoders by up to 1.2 mm");
+  EXPECT_EQ(Describe(CalibrationFound{0.0031, 0.0073, -0.005, 0.0054, 0.0012}),
+            camera + "encoders by up to 0.31 deg and 1.2 mm");
+}
+
 TEST(Servo, RefusesOptionsOutOfTheirBounds) {
   const ServoTask task = MakeTask();
   EXPECT_NO_THROW(Servo(task, ServoOptions(), TriggerOptions()));

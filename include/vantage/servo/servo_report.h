@@ -99,18 +99,20 @@ void CompleteReport(const FeatureJacobian& J_v, const ArmJacobian& J_r,
 
 /// What a servo found to be wrong with the calibration of camera and arm: see CalibrationEstimator.
 struct CalibrationFound {
-  double position{0.0};  ///< Of the camera on its rig: how far off [m].
-  double rotation{0.0};  ///< The same, as an angle [rad].
-  double focal{0.0};     ///< Of the focal length, as a share of it [-].
-  double joint{0.0};     ///< Of the encoder's zero that is off most [rad or m].
+  double position{0.0};   ///< Of the camera on its rig: how far off [m].
+  double rotation{0.0};   ///< The same, as an angle [rad].
+  double focal{0.0};      ///< Of the focal length, as a share of it [-].
+  double revolute{0.0};   ///< Of the revolute joint's zero that is off most [rad].
+  double prismatic{0.0};  ///< Of the prismatic joint's zero that is off most [m].
 
   /// Nothing was found, or not looked for.
   [[nodiscard]] bool none() const noexcept {
-    return position == 0.0 && rotation == 0.0 && focal == 0.0 && joint == 0.0;
+    return position == 0.0 && rotation == 0.0 && focal == 0.0 && revolute == 0.0 &&
+           prismatic == 0.0;
   }
 };
 
-/// For people: "camera off by 3.1 mm and 0.42 deg, focal length by +0.50 %, encoders by up to 0.31 deg (or 5.4 mm)".
+/// For people: "camera off by 3.1 mm and 0.42 deg, focal length by +0.50 %, encoders by up to 0.31 deg".
 [[nodiscard]] std::string Describe(const CalibrationFound& found);
 
 /// Content of the SERVO_STATUS channel.
