@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <optional>
 
 #include "app.h"
 #include "plan_grid.h"
@@ -229,8 +230,11 @@ int main(int argc, char** argv) {
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
   app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");
-  return vantage::RunApp(&app, argc, argv, "no camera keeps all limits", [&] {
-    vantage::PlanTeam team(&argc, &argv);
-    return vantage::Run(arguments, &team);
+  std::optional<vantage::PlanTeam> team;
+  const int exit_code = vantage::RunApp(&app, argc, argv, "no camera keeps all limits", [&] {
+    team.emplace(&argc, &argv);
+    return vantage::Run(arguments, &*team);
   });
+  if (team) team->Leave(exit_code);
+  return exit_code;
 }

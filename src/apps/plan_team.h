@@ -31,6 +31,10 @@ class PlanTeam {
   /// throws on any rank the error is printed and the whole job ends.
   void Deal(const std::vector<int>& items, const std::function<std::string(int)>& work,
             const std::function<void(int, const std::string&)>& take);
+
+  /// Before the program ends with an exit code: one that failed ends the whole job with it, as the others may be
+  /// waiting for it.
+  void Leave(int exit_code) const noexcept;
 };
 
 }  // namespace vantage

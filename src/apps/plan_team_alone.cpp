@@ -40,4 +40,6 @@ void PlanTeam::Deal(const std::vector<int>& items, const std::function<std::stri
   DealToMyself(items, work, take);
 }
 
+void PlanTeam::Leave(int /*exit_code*/) const noexcept {}
+
 }  // namespace vantage

@@ -12,6 +12,7 @@
 
 #include <mpi.h>
 
+#include "app.h"
 #include "plan_team.h"
 
 namespace vantage {
@@ -173,6 +174,10 @@ void PlanTeam::Deal(const std::vector<int>& items, const std::function<std::stri
   } catch (const std::exception& error) {
     EndJob(error.what());
   }
+}
+
+void PlanTeam::Leave(int exit_code) const noexcept {
+  if (exit_code >= kExitUsage && size() > 1) MPI_Abort(MPI_COMM_WORLD, exit_code);
 }
 
 }  // namespace vantage

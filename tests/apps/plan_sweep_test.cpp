@@ -152,6 +152,21 @@ TEST(PlanSweep, UnderMpiWantsWorkToShareAndTheRightProgram) {
   EXPECT_NE(without.exit_code, 0);
   EXPECT_NE(without.output.find("start vantage-plan-mpi"), std::string::npos) << without.output;
 }
+
+// Rank 0 would deal the work out, and waits for all who take part in it.
+TEST(PlanSweep, UnderMpiNobodyWaitsForARankThatCannotBegin) {
+  const TemporaryFolder folder;
+  folder.Write("sweep.yaml", kCases);
+  const std::string good = (folder.path() / "sweep.yaml").string();
+  for (const char* failing : {"0", "1"}) {
+    const ProgramRun run = RunProgram(
+        "timeout 60 env " + std::string(VANTAGE_MPIRUN) + " -n 2 sh -c 'problem=" + good +
+        "; [ $OMPI_COMM_WORLD_RANK != " + failing + " ] || problem=no-such-problem; exec " +
+        VANTAGE_BIN "/vantage-plan-mpi $problem --out " + (folder.path() / failing).string() + "'");
+    EXPECT_EQ(run.exit_code, 2) << "rank " << failing << ": " << run.output;
+    EXPECT_NE(run.output.find("no-such-problem"), std::string::npos) << run.output;
+  }
+}
 #endif
 
 TEST(PlanSweep, ShardsAreChecked) {
