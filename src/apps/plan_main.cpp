@@ -189,7 +189,13 @@ int Run(Arguments arguments, PlanTeam* team) {
   PlacementSetup setup = LoadPlacement(arguments.problem);
   if (arguments.seed) setup.search.seed = *arguments.seed;
   if (!arguments.quiet) std::cout << setup.name << ": " << setup.description << '\n' << std::flush;
-  if (setup.sweep.size() > 0 && !merges) return Sweep(arguments, setup, team);
+  if (setup.sweep.size() > 0 && !merges) {
+    if (arguments.grid_check > 0) {
+      throw ConfigError("", "--grid-check",
+                        setup.name + " is a sweep: only one problem is checked");
+    }
+    return Sweep(arguments, setup, team);
+  }
   return PlaceOne(arguments, setup, team);
 }
 

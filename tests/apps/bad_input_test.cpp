@@ -85,6 +85,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"vantage-report dir", 2, "dir: is a directory"},
         BadInput{"vantage-camera --source dir planar-good-view", 2, "dir/%05d.png"},
         BadInput{"vantage-plan nothing", 2, "nor a built-in scenario"},
+        BadInput{"vantage-plan --quiet --grid-check 5000 puma560-base", 2,
+                 "--grid-check: puma560-base is a sweep"},
         BadInput{"vantage-plan --quiet --out text fig5-arm", 2, "--out: text: Not a directory"},
         BadInput{"vantage-map --out text fig3", 2, "--out: text: Not a directory"},
         BadInput{"vantage-measure bad.yaml", 2, "bad.yaml:2: not valid YAML"},
