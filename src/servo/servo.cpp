@@ -773,9 +773,10 @@ void Servo::Command(Time now, const JointVector& qdot) noexcept {
   JointVector& q = output_.command.q;
   if (!joints_.empty()) {
     // While a period was late, an arm that takes velocities went on and one that takes positions waited:
-    // its encoders tell. Towards them only, so that no position command jumps.
-    const JointVector unsure = late_ * qdot_.cwiseAbs();
-    q += (joints_.newest() - q).cwiseMax(-unsure).cwiseMin(unsure);
+    // its encoders tell. Ahead only, to where the arm is: no position command jumps back to an arm that lags.
+    const JointVector went_on = late_ * qdot_;
+    const JointVector ahead = joints_.newest() - q;
+    q += ahead.cwiseMax(went_on.cwiseMin(0.0)).cwiseMin(went_on.cwiseMax(0.0));
     // At rest the position command follows the arm, so that it never jumps when motion resumes.
     if (qdot.isZero(0.0)) q = joints_.newest();
   }

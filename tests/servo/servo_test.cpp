@@ -23,6 +23,9 @@ Time At(double seconds) {
   return Time(FromSeconds(seconds));
 }
 
+// What of a command an arm obeys.
+enum class Takes { kVelocities, kPositions, kPositionsSlowly };
+
 // A noise-free cell: the arm obeys at once, images come at 50 Hz with a latency, projected by the model.
 class Cell {
  public:
@@ -30,14 +33,17 @@ class Cell {
       : view_(view), q_(q), qdot_(JointVector::Zero(q.size())) {}
 
   void Advance(const JointCommand& command, const Isometry3d& X_WC) {
-    qdot_ = command.qdot;
-    q_ += test::kPeriod * qdot_;
+    command_ = command;
     X_WC_ = X_WC;
-    ++tick_;
+    Miss();
   }
-  /// A period without a command: an arm that takes velocities moves on.
-  void Miss(bool takes_velocities) {
-    if (takes_velocities) q_ += test::kPeriod * qdot_;
+  /// A period without a new command.
+  void Miss() {
+    const JointVector before = q_;
+    if (takes == Takes::kVelocities) q_ += test::kPeriod * command_.qdot;
+    if (takes == Takes::kPositions) q_ = command_.q;
+    if (takes == Takes::kPositionsSlowly) q_ += test::kPeriod / kSlowness * (command_.q - q_);
+    qdot_ = (q_ - before) / test::kPeriod;
     ++tick_;
   }
   [[nodiscard]] Time now() const { return At(1.0 + tick_ * test::kPeriod); }
@@ -60,9 +66,13 @@ class Cell {
   }
   [[nodiscard]] const JointVector& q() const { return q_; }
 
+  static constexpr double kSlowness = 0.05;  // [s].
+  Takes takes{Takes::kVelocities};
+
  private:
   ViewModel view_;
   JointVector q_, qdot_;
+  JointCommand command_;
   Isometry3d X_WC_{test::LookFrom({1.2, -1.5, 1.0})};
   int tick_{0};
 };
@@ -147,17 +157,20 @@ TEST(Servo, EveryCommandKeepsTheLimits) {
 }
 
 // A busy machine misses every third period of a long and slow motion. The position command stays with the arm,
-// whichever of the two commands the arm takes, and is never further on than the arm can have gone.
+// whichever of the two commands the arm takes, and neither runs ahead of what the arm can have done nor jumps back.
 TEST(Servo, MissedPeriodsDoNotPartTheCommandFromTheArm) {
-  for (const bool takes_velocities : {true, false}) {
-    SCOPED_TRACE(takes_velocities ? "velocities" : "positions");
+  for (const Takes takes : {Takes::kVelocities, Takes::kPositions, Takes::kPositionsSlowly}) {
+    SCOPED_TRACE(static_cast<int>(takes));
     Session run;
+    run.cell.takes = takes;
     constexpr double kSlow = 0.15;  // [rad/s]
     std::vector<JointLimits> limits = run.view.arm.limits();
     for (JointLimits& limit : limits) limit.velocity = kSlow;
     run.view.arm = run.view.arm.WithLimits(limits);
     run.servo = MakeServo(run.view, kGoal);
-    const double step = (takes_velocities ? 2.0 : 1.0) * kSlow * test::kPeriod + 1e-12;
+    const double periods = takes == Takes::kPositions ? 1.0 : 2.0;
+    const double lag = takes == Takes::kPositionsSlowly ? 2.0 * Cell::kSlowness : 0.0;
+    const double step = periods * kSlow * test::kPeriod + 1e-12;
     JointVector last = kStart;
     double apart = 0.0;
     ServoOutput out;
@@ -165,14 +178,18 @@ TEST(Servo, MissedPeriodsDoNotPartTheCommandFromTheArm) {
       out = run.Tick();
       ASSERT_NE(out.status.state, ServoState::kFault) << "after " << i;
       apart = std::max(apart, (out.command.q - run.cell.q()).lpNorm<Eigen::Infinity>());
-      ASSERT_LE((out.command.q - last).lpNorm<Eigen::Infinity>(), step);
+      const JointVector moved = out.command.q - last;
+      ASSERT_LE(moved.lpNorm<Eigen::Infinity>(), step) << "after " << i;
+      if (!out.command.qdot.isZero(0.0)) {
+        ASSERT_GE(moved.cwiseProduct(out.command.qdot).minCoeff(), -1e-12) << "after " << i;
+      }
       last = out.command.q;
       if (i % 2 == 1) {
-        run.cell.Miss(takes_velocities);
+        run.cell.Miss();
         run.Feed();
       }
     }
-    EXPECT_LE(apart, step);
+    EXPECT_LE(apart, step + lag * kSlow);
     EXPECT_EQ(out.status.state, ServoState::kConverged);
     EXPECT_TRUE(test::Near(run.cell.q(), kGoal, 2e-3));
   }
