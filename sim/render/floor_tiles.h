@@ -23,6 +23,7 @@ struct IndexRange {
 
 /// The indices of DarkTiles(floor) of which a camera without distortion may see something within the bounds, and of some
 /// tiles more.
+/// @param X_WC  Above the floor.
 [[nodiscard]] IndexRange TilesSeen(const Floor& floor, const Eigen::Isometry3d& X_WC,
                                    const RayBounds& bounds);
 

@@ -1,8 +1,7 @@
 #include "vantage/servo/servo_report.h"
 
-#include <cstdio>
-
 #include "vantage/math/angles.h"
+#include "vantage/math/format.h"
 
 namespace vantage {
 
@@ -109,20 +108,15 @@ std::string DescribeStops(const ServoStatus& status) {
 }
 
 std::string Describe(const CalibrationFound& found) {
-  std::array<char, 160> camera{};
-  std::snprintf(camera.data(), camera.size(),
-                "camera off by %.1f mm and %.2f deg, focal length by %+.2f %%, encoders by up to ",
-                1e3 * found.position, kDegreesPerRadian * found.rotation, 100.0 * found.focal);
-  std::array<char, 40> turns{};
-  std::snprintf(turns.data(), turns.size(), "%.2f deg", kDegreesPerRadian * found.revolute);
-  std::array<char, 40> slides{};
-  std::snprintf(slides.data(), slides.size(), "%.1f mm", 1e3 * found.prismatic);
+  const std::string turns = Format("%.2f deg", kDegreesPerRadian * found.revolute);
+  const std::string slides = Format("%.1f mm", 1e3 * found.prismatic);
   // An arm may have joints of one kind only.
-  std::string encoders = turns.data();
-  if (found.prismatic > 0.0) {
-    encoders = found.revolute > 0.0 ? encoders + " and " + slides.data() : slides.data();
-  }
-  return camera.data() + encoders;
+  std::string encoders = turns;
+  if (found.prismatic > 0.0) encoders = found.revolute > 0.0 ? turns + " and " + slides : slides;
+  return Format(
+      "camera off by %.1f mm and %.2f deg, focal length by %+.2f %%, encoders by up to %s",
+      1e3 * found.position, kDegreesPerRadian * found.rotation, 100.0 * found.focal,
+      encoders.c_str());
 }
 
 }  // namespace vantage

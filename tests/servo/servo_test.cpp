@@ -35,10 +35,10 @@ class Cell {
   void Advance(const JointCommand& command, const Isometry3d& X_WC) {
     command_ = command;
     X_WC_ = X_WC;
-    Miss();
+    GoOn();
   }
-  /// A period without a new command.
-  void Miss() {
+  /// A period by the last command.
+  void GoOn() {
     const JointVector before = q_;
     if (takes == Takes::kVelocities) q_ += test::kPeriod * command_.qdot;
     if (takes == Takes::kPositions) q_ = command_.q;
@@ -185,7 +185,7 @@ TEST(Servo, MissedPeriodsDoNotPartTheCommandFromTheArm) {
       }
       last = out.command.q;
       if (i % 2 == 1) {
-        run.cell.Miss();
+        run.cell.GoOn();
         run.Feed();
       }
     }
@@ -459,7 +459,6 @@ ServoTask MakeTask() {
   return task;
 }
 
-// What the headers ask of options and goal is asked when a servo is made, with the key.
 // A zero that is off by half a degree is looked for among the joints of its kind.
 TEST(Servo, TellsWhichKindOfEncoderIsOff) {
   Session run;
@@ -487,6 +486,7 @@ TEST(ServoReport, DescribesWhatIsOffOfTheCalibration) {
             camera + "encoders by up to 0.31 deg and 1.2 mm");
 }
 
+// What the headers ask of options and goal is asked when a servo is made, with the key.
 TEST(Servo, RefusesOptionsOutOfTheirBounds) {
   const ServoTask task = MakeTask();
   EXPECT_NO_THROW(Servo(task, ServoOptions(), TriggerOptions()));
