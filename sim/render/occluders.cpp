@@ -12,14 +12,16 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "vantage/math/angles.h"
+
 namespace vantage::sim {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Of a part: whether it is bent inwards is found out from each face with each corner.
-constexpr std::size_t kMostTriangles = 5000;
+// A solid that has to be made smaller than this share of its size hides too little to be worth its cost.
+constexpr double kLeastLeft = 0.8;
 
 using Corners = std::array<int, 3>;
 
@@ -88,8 +90,53 @@ std::vector<Vector3d> PointsOf(const Surface& surface, const std::vector<Corners
   return points;
 }
 
-// The ellipsoid along the part's principal axes, as long as the part each way, shrunk until it is within.
-std::optional<Ellipsoid> Inscribe(const Surface& surface, const std::vector<Corners>& part) {
+// The plane of a face: its inner side is where normal . p <= distance.
+struct FacePlane {
+  Vector3d normal;
+  double distance;
+};
+
+std::vector<FacePlane> PlanesOf(const Surface& surface, const std::vector<Corners>& part) {
+  std::vector<FacePlane> planes;
+  for (const Corners& t : part) {
+    const Vector3d& a = surface.points[t[0]];
+    const Vector3d n = (surface.points[t[1]] - a).cross(surface.points[t[2]] - a);
+    if (n.squaredNorm() > 0.0) planes.push_back({n.normalized(), n.normalized().dot(a)});
+  }
+  return planes;
+}
+
+SweptEllipsoid Scale(const SweptEllipsoid& solid, double scale) {
+  return {solid.centre, scale * solid.half, solid.to_unit / scale, scale * solid.semi_axes};
+}
+
+// Made smaller about its centre until it is on the inner side of all planes by the margin; where the centre is not, it
+// comes out empty. A solid that no face's plane cuts lies within the part, convex or not.
+SweptEllipsoid FitWithin(const std::vector<FacePlane>& planes, const Vector3d& centre,
+                         const Matrix3d& axes, const Vector3d& semi_axes, const Vector3d& half) {
+  double scale = 1.0;
+  for (const FacePlane& plane : planes) {
+    const double reach = std::abs(plane.normal.dot(half)) +
+                         semi_axes.cwiseProduct(axes.transpose() * plane.normal).norm();
+    scale = std::min(scale, (plane.distance - plane.normal.dot(centre)) / reach);
+  }
+  const SweptEllipsoid whole{
+      centre, half, axes * semi_axes.cwiseInverse().asDiagonal() * axes.transpose(), semi_axes};
+  return Scale(whole, std::max(scale, 0.0) * (1.0 - kOccluderMargin));
+}
+
+double Volume(const SweptEllipsoid& solid) {
+  // Of the section, over the length along the segment: to_unit maps the section's area to that of a unit disc.
+  const double length = solid.half.norm();
+  const double ellipsoid = 4.0 / 3.0 * kPi * solid.semi_axes.prod();
+  if (length == 0.0) return ellipsoid;
+  const double stretch = (solid.to_unit * solid.half).norm() / length;
+  return ellipsoid + 2.0 * length * kPi * solid.semi_axes.prod() * stretch;
+}
+
+// Along the part's principal axes and as long as the part each way: an ellipsoid, or a bar with rounded ends,
+// whichever fills more of it.
+std::optional<SweptEllipsoid> Inscribe(const Surface& surface, const std::vector<Corners>& part) {
   const std::vector<Vector3d> points = PointsOf(surface, part);
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : points) mean += p / static_cast<double>(points.size());
@@ -98,37 +145,69 @@ std::optional<Ellipsoid> Inscribe(const Surface& surface, const std::vector<Corn
   const Matrix3d axes = Eigen::SelfAdjointEigenSolver<Matrix3d>(spread).eigenvectors();
   Eigen::AlignedBox3d box;
   for (const Vector3d& p : points) box.extend(axes.transpose() * p);
+  const Vector3d centre = axes * box.center();
+  const Vector3d reach = 0.5 * box.sizes();
 
-  Ellipsoid ellipsoid;
-  ellipsoid.centre = axes * box.center();
-  ellipsoid.semi_axes = 0.5 * box.sizes();
   const double tolerance = 1e-5 * box.sizes().maxCoeff();  // Meshes are in single precision.
-  double scale = 1.0;
-  for (const Corners& t : part) {
-    const Vector3d& a = surface.points[t[0]];
-    const Vector3d n = (surface.points[t[1]] - a).cross(surface.points[t[2]] - a).normalized();
-    for (const Vector3d& p : points) {
-      if (n.dot(p - a) > tolerance) return std::nullopt;
-    }
-    const double reach = ellipsoid.semi_axes.cwiseProduct(axes.transpose() * n).norm();
-    scale = std::min(scale, n.dot(a - ellipsoid.centre) / reach);
-  }
-  ellipsoid.semi_axes *= (1.0 - kOccluderMargin) * scale;
-  if (!(ellipsoid.semi_axes.minCoeff() > 10.0 * tolerance)) return std::nullopt;
-  ellipsoid.to_unit = axes * ellipsoid.semi_axes.cwiseInverse().asDiagonal() * axes.transpose();
-  return ellipsoid;
+  const std::vector<FacePlane> planes = PlanesOf(surface, part);
+  int along = 0;
+  reach.maxCoeff(&along);
+  Vector3d ends = reach;
+  ends[along] = reach.minCoeff();
+  const Vector3d half = (reach[along] - ends[along]) * axes.col(along);
+  const SweptEllipsoid ellipsoid = FitWithin(planes, centre, axes, reach, Vector3d::Zero());
+  const SweptEllipsoid bar = FitWithin(planes, centre, axes, ends, half);
+  const SweptEllipsoid& best = Volume(bar) > Volume(ellipsoid) ? bar : ellipsoid;
+  if (!(best.semi_axes.minCoeff() > 10.0 * tolerance)) return std::nullopt;
+  return best;
 }
 
 }  // namespace
 
-std::vector<Ellipsoid> FindOccluders(const TriangleMesh& mesh) {
-  const Surface surface = Weld(mesh);
-  std::vector<Ellipsoid> occluders;
-  for (const std::vector<Corners>& part : SplitParts(surface)) {
-    if (part.size() > kMostTriangles || !IsClosed(part)) continue;
-    if (const auto ellipsoid = Inscribe(surface, part)) occluders.push_back(*ellipsoid);
+SweptEllipsoid Move(const Eigen::Isometry3d& X, const SweptEllipsoid& solid) {
+  return {X * solid.centre, X.linear() * solid.half,
+          X.linear() * solid.to_unit * X.linear().transpose(), solid.semi_axes};
+}
+
+// A plane (1, 0, -x) through the camera touches an ellipsoid where its distance to the centre is its reach: a quadratic
+// in x, and one in y alike.
+std::optional<RayBounds> BoundRays(const SweptEllipsoid& solid_C) {
+  const Matrix3d from_unit = solid_C.to_unit.inverse();
+  const Matrix3d Q = from_unit * from_unit.transpose();
+  RayBounds bounds;
+  for (const double end : {-1.0, 1.0}) {
+    const Vector3d c = solid_C.centre + end * solid_C.half;
+    const double zz = c.z() * c.z() - Q(2, 2);
+    if (c.z() <= 0.0 || zz <= 0.0) return std::nullopt;
+    const auto touching = [&](int axis) {
+      const double middle = (c[axis] * c.z() - Q(axis, 2)) / zz;
+      const double product = (c[axis] * c[axis] - Q(axis, axis)) / zz;
+      const double half = std::sqrt(std::max(middle * middle - product, 0.0));
+      return std::pair(middle - half, middle + half);
+    };
+    const auto [x0, x1] = touching(0);
+    const auto [y0, y1] = touching(1);
+    bounds = Union(bounds, {x0, x1, y0, y1});
   }
-  return occluders;
+  return bounds;
+}
+
+Occluders FindOccluders(const TriangleMesh& mesh) {
+  const Surface surface = Weld(mesh);
+  const std::vector<std::vector<Corners>> parts = SplitParts(surface);
+  Occluders found;
+  for (const std::vector<Corners>& part : parts) {
+    if (!IsClosed(part)) continue;
+    if (const auto solid = Inscribe(surface, part)) found.solids.push_back(*solid);
+  }
+  found.one_part = parts.size() == 1 && found.solids.size() == 1;
+  return found;
+}
+
+std::optional<SweptEllipsoid> Shrink(const SweptEllipsoid& solid, double distance) {
+  const double scale = 1.0 - distance / solid.semi_axes.minCoeff();
+  if (scale < kLeastLeft) return std::nullopt;
+  return Scale(solid, scale);
 }
 
 }  // namespace vantage::sim

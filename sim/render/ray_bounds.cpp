@@ -29,6 +29,18 @@ RayBounds BoundRays(const CameraModel& camera, const PixelWindow& window) {
   return bounds;
 }
 
+RayBounds Intersection(const RayBounds& a, const RayBounds& b) noexcept {
+  return {std::max(a.x0, b.x0), std::min(a.x1, b.x1), std::max(a.y0, b.y0), std::min(a.y1, b.y1)};
+}
+
+RayBounds Union(const RayBounds& a, const RayBounds& b) noexcept {
+  return {std::min(a.x0, b.x0), std::max(a.x1, b.x1), std::min(a.y0, b.y0), std::max(a.y1, b.y1)};
+}
+
+double Area(const RayBounds& bounds) noexcept {
+  return std::max(bounds.x1 - bounds.x0, 0.0) * std::max(bounds.y1 - bounds.y0, 0.0);
+}
+
 bool SphereMeets(const RayBounds& bounds, const Eigen::Vector3d& centre_C, double radius) {
   if (centre_C.z() < -radius) return false;
   const auto outside = [&](double along, double bound, double side) {

@@ -209,7 +209,7 @@ class Renderer::Impl {
     MakeMarkerBuffer();
     gl_.GenVertexArrays(1, &empty_array_);
     grey_ =
-        MakeTarget(camera.width, camera.height, GL_R8, GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
+        MakeTarget(camera.width, camera.height, GL_R8, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT);
     WarmUp();
   }
 

@@ -53,7 +53,7 @@ struct Light {
 
 /// What grey images leave out for speed. Without, the image comes from more triangles: to compare with.
 struct Shortcuts {
-  bool hidden{true};  ///< Triangles wholly behind one convex part of a body. Changes no pixel.
+  bool hidden{true};  ///< Triangles wholly behind one part of a body. Changes no pixel.
   double detail{
       0.5};  ///< Meshes are as coarse as is within this in the image [px]; 0: as they are.
 };

@@ -179,61 +179,61 @@ void main() {
 }
 )glsl";
 
-// Radius in the marker's plane as a function of the pixel, with its gradient: edges are where it is 1
-// (disc), 2 (ring) and, with a plate, plate.x; (edge - radius) / |gradient| is the distance to them in pixels. `stretch` is the
-// area of the plane that one pixel covers; stretch² / |gradient|³ is the disc's edge's curvature.
+// Radius in the marker's plane as a function of the pixel: edges are where it is 1 (disc), 2 (ring) and, with a plate, plate.x.
+// p = (s, t) / w with rows (s, t, w) times the pixel. Its gradient is (s' p.x + t' p.y - w' p.p) / (w radius), and one pixel
+// covers det / w³ of the plane.
 inline constexpr const char* kMarkerRadius = R"glsl(
 flat in vec3 to_s;
 flat in vec3 to_t;
 flat in vec3 to_w;
 flat in vec4 frame;
 flat in float index;
-float Radius(out vec2 gradient, out float stretch) {
+// slope: the gradient times w and the radius; stretch: the area times w³.
+float Radius(out float w, out vec2 slope, out float stretch) {
   vec2 at = gl_FragCoord.xy - 0.5;
 #ifdef BENT_LENS
-  vec4 slope = texelFetch(lens_slope, ivec2(gl_FragCoord.xy), 0);  // dx/du, dx/dv, dy/du, dy/dv.
+  vec4 bend = texelFetch(lens_slope, ivec2(gl_FragCoord.xy), 0);  // dx/du, dx/dv, dy/du, dy/dv.
   at = texelFetch(lens_map, ivec2(gl_FragCoord.xy), 0).xy;
 #endif
   vec3 x = vec3(at - frame.xy, 1.0);
-  float w = 1.0 / dot(to_w, x);
-  vec2 p = vec2(dot(to_s, x), dot(to_t, x)) * w;
-  float radius = max(length(p), 1e-5);
-  vec2 ds = (to_s.xy - p.x * to_w.xy) * w;
-  vec2 dt = (to_t.xy - p.y * to_w.xy) * w;
-  gradient = (p.x * ds + p.y * dt) / radius;
-  stretch = ds.x * dt.y - ds.y * dt.x;
+  w = dot(to_w, x);
+  vec2 p = vec2(dot(to_s, x), dot(to_t, x)) / w;
+  float squared = dot(p, p);
+  slope = p.x * to_s.xy + p.y * to_t.xy - squared * to_w.xy;
+  stretch = dot(cross(to_s, to_t), to_w);
 #ifdef BENT_LENS
-  gradient = vec2(dot(gradient, slope.xz), dot(gradient, slope.yw));
-  stretch *= slope.x * slope.w - slope.y * slope.z;
+  slope = vec2(dot(slope, bend.xz), dot(slope, bend.yw));
+  stretch *= bend.x * bend.w - bend.y * bend.z;
 #endif
-  return radius;
+  return max(sqrt(squared), 1e-5);
 }
 )glsl";
 
 inline constexpr const char* kMarkerFragment = R"glsl(
 flat in vec2 plate;
 out vec4 colour;
-// Share of a unit square on the inner side of a straight edge at a signed distance from its centre;
-// lean: absolute components of the edge's unit normal, larger first.
-float Coverage(float distance, vec2 lean) {
-  float d = abs(distance);
-  float outer = 0.5 * (lean.x + lean.y);
-  float corner = max(0.0, outer - d);
-  float share = d <= 0.5 * (lean.x - lean.y) ? 0.5 + d / lean.x
-                                             : 1.0 - corner * corner / (2.0 * lean.x * lean.y + 1e-9);
-  return distance < 0.0 ? 1.0 - share : share;
+// Share of a pixel's square on the inner side of an edge that is straight there.
+// inside: the edge's radius less that at the pixel's centre; slope: absolute components of the radius's gradient, larger first.
+// All may be multiplied by one number.
+float Coverage(float inside, vec2 slope) {
+  float d = abs(inside);
+  float corner = max(0.0, 0.5 * (slope.x + slope.y) - d);
+  float share = d <= 0.5 * (slope.x - slope.y) ? 0.5 + d / slope.x
+                                               : 1.0 - corner * corner / (2.0 * slope.x * slope.y);
+  return inside < 0.0 ? 1.0 - share : share;
 }
 void main() {
-  vec2 gradient;
+  float w;
+  vec2 slope;
   float stretch;
-  float radius = Radius(gradient, stretch);
-  float steep = max(length(gradient), 1e-9);
-  vec2 lean = abs(gradient) / steep;
-  lean = lean.x > lean.y ? lean : lean.yx;
-  // A round edge covers less of a pixel than its tangent does: by curvature / 24 on the average.
-  float inset = stretch * stretch / (24.0 * steep * steep * steep);
-  float disc = Coverage((1.0 - radius) / steep - inset, lean);
-  float ring = Coverage((2.0 - radius) / steep, lean);
+  float radius = Radius(w, slope, stretch);
+  float scale = abs(w) * radius;
+  slope = max(abs(slope), 1e-9);
+  // A round edge covers less of a pixel than its tangent does: by stretch² / gradient³ / 24 of a pixel on the average.
+  float inset = stretch * stretch * radius * radius / (24.0 * dot(slope, slope) * w * w * w * w);
+  slope = slope.x > slope.y ? slope : slope.yx;
+  float disc = Coverage(scale * (1.0 - radius - inset), slope);
+  float ring = Coverage(scale * (2.0 - radius), slope);
   // The plate's edge is sharp: what is behind the face may not shine through between it and the rim.
   float all = radius <= plate.x ? 1.0 : ring;
   colour = vec4(vec3(mix(plate.y, mix(frame.w, frame.z, disc), ring)), all);
@@ -243,9 +243,10 @@ void main() {
 inline constexpr const char* kMarkerIdFragment = R"glsl(
 out uint value;
 void main() {
-  vec2 gradient;
+  float w;
+  vec2 slope;
   float stretch;
-  float radius = Radius(gradient, stretch);
+  float radius = Radius(w, slope, stretch);
   if (radius > 2.0) discard;
   value = (radius <= 1.0 ? 10000u : 20000u) + uint(index + 0.5);
 }

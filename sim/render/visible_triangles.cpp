@@ -3,18 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 #include "sim/render/detail.h"
-
-// Loops over vertices are compiled for vectors of 128 and of 256 bits, and the processor's are chosen at run time. Without
-// fused operations the results are the same to the bit. Sanitisers are not at work yet when the choice is made.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): an attribute has no other name.
-#define VANTAGE_CLONED __attribute__((target_clones("avx2", "default")))
-#else
-#define VANTAGE_CLONED
-#endif
+#include "sim/render/hidden_points.h"
+#include "sim/render/vector_clones.h"
 
 namespace vantage::sim {
 namespace {
@@ -32,16 +26,16 @@ constexpr std::size_t kMaxOccluders = 12;
 // A step of a depth of 24 bits is this, in units of Z² over the near distance; doubled for single precision.
 constexpr double kDepthStep = 2.0 / (1 << 24);
 
-// Whether two spheres may overlap in the image: an angle between their centres not more than their radii's sum.
-bool MeetInImage(const Vector3d& a_C, double a_radius, const Vector3d& b_C, double b_radius) {
-  const double a = a_C.norm();
-  const double b = b_C.norm();
-  if (a <= a_radius || b <= b_radius) return true;
-  // cos of the sum of the two half angles, from their sines.
-  const double sin_a = a_radius / a;
-  const double sin_b = b_radius / b;
-  const double cos_sum = std::sqrt((1.0 - sin_a * sin_a) * (1.0 - sin_b * sin_b)) - sin_a * sin_b;
-  return a_C.dot(b_C) >= cos_sum * a * b;
+// Radius of the sphere about the centre that holds it [m].
+double Reach(const SweptEllipsoid& solid) {
+  return solid.half.norm() + solid.semi_axes.maxCoeff();
+}
+
+// How much of it is within the bounds of one pass or another.
+double AreaWithin(const std::vector<RayBounds>& bounds, const RayBounds& seen) {
+  double area = 0.0;
+  for (const RayBounds& b : bounds) area += Area(Intersection(b, seen));
+  return area;
 }
 
 float Luminance(const Vector3f& colour) {
@@ -63,13 +57,13 @@ VisibleTriangles::VisibleTriangles(const Scene& scene, const CameraModel& camera
       shortcuts_(scene.shortcuts),
       near_(near),
       bent_(!camera.distortion.none()) {
-  for (const Body& body : scene.bodies) Add(body.frame, body.mesh, body.colour, body.mesh);
+  for (const Body& body : scene.bodies) Add(body.frame, body.mesh, body.colour, nullptr);
   for (const SceneMarker& marker : scene.markers) {
     if (!marker.plate) continue;
     const TriangleMesh plate = PlainMarkerPlate(marker.marker);
     TriangleMesh drawn = plate;
     drawn.indices.resize(plate.indices.size() - std::size_t{3} * kPlainPlateSides);
-    Add(marker.frame, drawn, *marker.plate, plate);
+    Add(marker.frame, drawn, *marker.plate, &plate);
   }
   ray_x_.resize(x_.size());
   ray_y_.resize(x_.size());
@@ -78,26 +72,27 @@ VisibleTriangles::VisibleTriangles(const Scene& scene, const CameraModel& camera
 }
 
 void VisibleTriangles::Add(int frame, const TriangleMesh& mesh, const Vector3f& colour,
-                           const TriangleMesh& solid) {
+                           const TriangleMesh* solid) {
   Mesh added;
   added.frame = frame;
   added.brightness = Luminance(colour);
   added.bound = Bound(mesh);
-  if (shortcuts_.hidden) added.occluders = FindOccluders(solid);
-  if (shortcuts_.detail > 0.0) {
-    for (const CoarseMesh& level : MakeLevelsOfDetail(mesh)) {
-      added.levels.push_back(Store(level.mesh));
-      added.errors.push_back(level.error);
+  const std::vector<CoarseMesh> levels =
+      shortcuts_.detail > 0.0 ? MakeLevelsOfDetail(mesh) : std::vector<CoarseMesh>{{mesh, 0.0}};
+  for (const CoarseMesh& coarse : levels) {
+    Level level = Store(coarse.mesh);
+    if (shortcuts_.hidden) {
+      level.occluders = FindOccluders(solid == nullptr ? coarse.mesh : *solid);
+      level.slack = solid == nullptr ? 0.0 : coarse.error;
     }
-  } else {
-    added.levels.push_back(Store(mesh));
-    added.errors.push_back(0.0);
+    added.levels.push_back(std::move(level));
+    added.errors.push_back(coarse.error);
   }
   meshes_.push_back(std::move(added));
 }
 
-VisibleTriangles::Geometry VisibleTriangles::Store(const TriangleMesh& mesh) {
-  Geometry stored;
+VisibleTriangles::Level VisibleTriangles::Store(const TriangleMesh& mesh) {
+  Level stored;
   stored.first_vertex = static_cast<std::uint32_t>(x_.size());
   stored.first_triangle = static_cast<std::uint32_t>(plane_d_.size());
   stored.vertices = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -131,8 +126,7 @@ void VisibleTriangles::ChooseDetail(Mesh* mesh) const {
   const double nearest = mesh->centre_C.norm() - mesh->bound.radius;
   const double tolerance = shortcuts_.detail * nearest / std::max(camera_.fx, camera_.fy);
   const int level = mesh->crosses_near ? 0 : ChooseLevelOfDetail(mesh->errors, tolerance);
-  mesh->shown = mesh->levels[level];
-  mesh->error = mesh->errors[level];
+  mesh->shown = &mesh->levels[level];
 }
 
 void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
@@ -148,35 +142,32 @@ void VisibleTriangles::Place(const Isometry3d& X_CW, const SceneState& state,
     if (!mesh.placed) continue;
     mesh.crosses_near = mesh.centre_C.z() - mesh.bound.radius < 1.01 * near_;
     ChooseDetail(&mesh);
-    PlaceVertices(mesh, X_WB.linear().transpose() * light_W, X_WB.linear().row(2).transpose(),
+    PlaceVertices(&mesh, X_WB.linear().transpose() * light_W, X_WB.linear().row(2).transpose(),
                   vertices);
     FindFacing(mesh, mesh.X_CB.inverse().translation());
   }
-  HideBehindParts();
+  HideBehindParts(bounds);
 }
 
-// Occluders are used that a rasteriser's rounding, of pixels and of depths, cannot reach past.
-void VisibleTriangles::FindOccludersInUse() {
+// As small as a rasteriser's rounding, of pixels and of depths, needs them.
+void VisibleTriangles::FindOccludersInUse(const std::vector<RayBounds>& bounds) {
   occluders_.clear();
   if (bent_) return;  // Images of edges are not straight there, and those of a mesh's edges are.
   for (const Mesh& mesh : meshes_) {
     if (!mesh.placed || mesh.crosses_near) continue;
-    const Isometry3d& X_CB = mesh.X_CB;
-    for (const Ellipsoid& ellipsoid : mesh.occluders) {
-      const Vector3d centre_C = X_CB * ellipsoid.centre;
-      const Vector3d& s = ellipsoid.semi_axes;
-      const double far = centre_C.norm() + s.maxCoeff();
-      const double margin = kOccluderMargin * s.minCoeff();
+    const Occluders& occluders = mesh.shown->occluders;
+    for (const SweptEllipsoid& solid : occluders.solids) {
+      const double far = (mesh.X_CB * solid.centre).norm() + Reach(solid);
       const double pixel = far / std::min(camera_.fx, camera_.fy);
       const double depth_step = far * far / near_ * kDepthStep;
-      // A coarser mesh may lie as much farther in as its error.
-      if (margin < std::max({kSnap * pixel, depth_step, mesh.error})) continue;
-      const Eigen::Matrix3d to_unit_C =
-          X_CB.linear() * ellipsoid.to_unit * X_CB.linear().transpose();
-      // Area of the shadow on a plane across the ray to the centre.
-      const Vector3d across = X_CB.linear().transpose() * centre_C.normalized();
-      const double area = s.prod() * (ellipsoid.to_unit * across).norm();
-      occluders_.push_back({area / centre_C.squaredNorm(), centre_C, s.maxCoeff(), to_unit_C});
+      const auto kept = Shrink(solid, std::max(kSnap * pixel, depth_step) + mesh.shown->slack);
+      if (!kept) continue;
+      const SweptEllipsoid solid_C = Move(mesh.X_CB, *kept);
+      const std::optional<RayBounds> seen = BoundRays(solid_C);
+      if (!seen) continue;
+      const double size = AreaWithin(bounds, *seen);
+      if (size <= 0.0) continue;
+      occluders_.push_back({size, solid_C, *seen, occluders.one_part ? &mesh : nullptr});
     }
   }
   const std::size_t used = std::min(kMaxOccluders, occluders_.size());
@@ -186,58 +177,30 @@ void VisibleTriangles::FindOccludersInUse() {
   occluders_.resize(used);
 }
 
-void VisibleTriangles::HideBehindParts() {
-  FindOccludersInUse();
+void VisibleTriangles::HideBehindParts(const std::vector<RayBounds>& bounds) {
+  FindOccludersInUse(bounds);
   for (const Mesh& mesh : meshes_) {
     if (!mesh.placed) continue;
-    std::fill_n(hidden_.begin() + mesh.shown.first_vertex, mesh.shown.vertices, 0U);
+    std::fill_n(hidden_.begin() + mesh.shown->first_vertex, mesh.shown->vertices, 0U);
     if (mesh.crosses_near) continue;
+    const double farthest = mesh.centre_C.norm() + mesh.bound.radius;
     for (std::size_t k = 0; k < occluders_.size(); ++k) {
       const SeenOccluder& occluder = occluders_[k];
-      if (mesh.centre_C.norm() + mesh.bound.radius < occluder.centre_C.norm() - occluder.reach)
-        continue;
-      if (!MeetInImage(mesh.centre_C, mesh.bound.radius, occluder.centre_C, occluder.reach))
-        continue;
-      HideVertices(mesh, occluder, 1U << k);
+      const SweptEllipsoid& solid_C = occluder.solid_C;
+      if (occluder.own == &mesh) continue;
+      if (farthest < solid_C.centre.norm() - Reach(solid_C)) continue;
+      if (AreaWithin(bounds, Intersection(mesh.seen, occluder.seen)) <= 0.0) continue;
+      const std::uint32_t first = mesh.shown->first_vertex;
+      MarkHidden(solid_C, mesh.X_CB, {&x_[first], &y_[first], &z_[first], mesh.shown->vertices},
+                 1U << k, &hidden_[first]);
     }
   }
 }
 
-// Where the segment from the camera to a vertex meets the occluder: in the space where that is the unit sphere.
-VANTAGE_CLONED void VisibleTriangles::HideVertices(const Mesh& mesh, const SeenOccluder& occluder,
-                                                   std::uint32_t bit) {
-  const Eigen::Vector3f e = (-occluder.to_unit_C * occluder.centre_C).cast<float>();
-  const float e2 = e.squaredNorm();
-  const float c = e2 - 1.0F;
-  if (!(c > 0.0F)) return;
-  // The way from the camera to the vertex.
-  const Eigen::Matrix3f D = (occluder.to_unit_C * mesh.X_CB.linear()).cast<float>();
-  const Vector3f t = (occluder.to_unit_C * mesh.X_CB.translation()).cast<float>();
-  const float d00 = D(0, 0), d01 = D(0, 1), d02 = D(0, 2), tx = t.x(), ex = e.x();
-  const float d10 = D(1, 0), d11 = D(1, 1), d12 = D(1, 2), ty = t.y(), ey = e.y();
-  const float d20 = D(2, 0), d21 = D(2, 1), d22 = D(2, 2), tz = t.z(), ez = e.z();
-  const float* const x = x_.data() + mesh.shown.first_vertex;
-  const float* const y = y_.data() + mesh.shown.first_vertex;
-  const float* const z = z_.data() + mesh.shown.first_vertex;
-  std::uint32_t* const hidden = hidden_.data() + mesh.shown.first_vertex;
-  const int count = static_cast<int>(mesh.shown.vertices);
-#pragma omp simd
-  for (int i = 0; i < count; ++i) {
-    const float dx = d00 * x[i] + d01 * y[i] + d02 * z[i] + tx;
-    const float dy = d10 * x[i] + d11 * y[i] + d12 * z[i] + ty;
-    const float dz = d20 * x[i] + d21 * y[i] + d22 * z[i] + tz;
-    const float a = dx * dx + dy * dy + dz * dz;
-    const float b = -(ex * dx + ey * dy + ez * dz);
-    // The line meets the sphere, on the camera's near side, and the vertex lies beyond the nearest point or in it.
-    const bool line = b * b >= a * c;
-    const bool beyond = (a >= b) | (a - 2.0F * b + e2 <= 1.0F);
-    hidden[i] |= ((b > 0.0F) & line & beyond) ? bit : 0U;
-  }
-}
-
 // Lit as by Brightness().
-VANTAGE_CLONED void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vector3d& light_B,
+VANTAGE_CLONED void VisibleTriangles::PlaceVertices(Mesh* placed, const Vector3d& light_B,
                                                     const Vector3d& up_B, LitVertex* vertices) {
+  const Mesh& mesh = *placed;
   const Eigen::Matrix<float, 3, 4> X = mesh.X_CB.matrix().topRows<3>().cast<float>();
   const float r00 = X(0, 0), r01 = X(0, 1), r02 = X(0, 2), tx = X(0, 3);
   const float r10 = X(1, 0), r11 = X(1, 1), r12 = X(1, 2), ty = X(1, 3);
@@ -248,7 +211,7 @@ VANTAGE_CLONED void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vect
   const float base = 0.8F * ambient;
   const float dx = direct.x(), dy = direct.y(), dz = direct.z();
   const float sx = sky.x(), sy = sky.y(), sz = sky.z();
-  const std::uint32_t first = mesh.shown.first_vertex;
+  const std::uint32_t first = mesh.shown->first_vertex;
   const float* const x = x_.data() + first;
   const float* const y = y_.data() + first;
   const float* const z = z_.data() + first;
@@ -258,8 +221,9 @@ VANTAGE_CLONED void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vect
   LitVertex* const vertex = vertices + first;
   float* const ray_x = ray_x_.data() + first;
   float* const ray_y = ray_y_.data() + first;
-  const int count = static_cast<int>(mesh.shown.vertices);
-#pragma omp simd
+  const int count = static_cast<int>(mesh.shown->vertices);
+  float x0 = 1e9F, x1 = -1e9F, y0 = 1e9F, y1 = -1e9F;
+#pragma omp simd reduction(min : x0, y0) reduction(max : x1, y1)
   for (int i = 0; i < count; ++i) {
     const float px = r00 * x[i] + r01 * y[i] + r02 * z[i] + tx;
     const float py = r10 * x[i] + r11 * y[i] + r12 * z[i] + ty;
@@ -271,21 +235,28 @@ VANTAGE_CLONED void VisibleTriangles::PlaceVertices(const Mesh& mesh, const Vect
     vertex[i].position[2] = pz;
     vertex[i].brightness = base + above + (lit > 0.0F ? lit : 0.0F);
     const float inverse = 1.0F / pz;
-    ray_x[i] = px * inverse;
-    ray_y[i] = py * inverse;
+    const float u = px * inverse;
+    const float v = py * inverse;
+    ray_x[i] = u;
+    ray_y[i] = v;
+    x0 = u < x0 ? u : x0;
+    x1 = u > x1 ? u : x1;
+    y0 = v < y0 ? v : y0;
+    y1 = v > y1 ? v : y1;
   }
+  placed->seen = {x0, x1, y0, y1};
 }
 
 VANTAGE_CLONED void VisibleTriangles::FindFacing(const Mesh& mesh, const Vector3d& eye_B) {
   const Vector3f eye = eye_B.cast<float>();
   const float ex = eye.x(), ey = eye.y(), ez = eye.z();
-  const std::uint32_t first = mesh.shown.first_triangle;
+  const std::uint32_t first = mesh.shown->first_triangle;
   const float* const nx = plane_x_.data() + first;
   const float* const ny = plane_y_.data() + first;
   const float* const nz = plane_z_.data() + first;
   const float* const d = plane_d_.data() + first;
   std::uint8_t* const facing = facing_.data() + first;
-  const int count = static_cast<int>(mesh.shown.triangles);
+  const int count = static_cast<int>(mesh.shown->triangles);
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
     facing[i] = nx[i] * ex + ny[i] * ey + nz[i] * ez > d[i] ? 1 : 0;
@@ -308,8 +279,8 @@ std::size_t VisibleTriangles::Select(const RayBounds& bounds,
   const bool straight = !bent_ && camera_.skew == 0.0;
   for (const Mesh& mesh : meshes_) {
     if (!mesh.placed || !SphereMeets(bounds, mesh.centre_C, mesh.bound.radius)) continue;
-    for (std::uint32_t t = mesh.shown.first_triangle;
-         t < mesh.shown.first_triangle + mesh.shown.triangles; ++t) {
+    for (std::uint32_t t = mesh.shown->first_triangle;
+         t < mesh.shown->first_triangle + mesh.shown->triangles; ++t) {
       if (facing_[t] == 0) continue;
       const std::uint32_t* const corner = corners_.data() + std::size_t{3} * t;
       if ((hidden_[corner[0]] & hidden_[corner[1]] & hidden_[corner[2]]) != 0) continue;

@@ -46,17 +46,19 @@ class VisibleTriangles {
 
   /// Triangles of the placed bodies that face the camera and may cover a pixel centre within the bounds,
   /// in the bodies' order: three indices of vertices each. None that shows is left out; many of those that
-  /// are hidden wholly behind one convex part of a body are.
+  /// are hidden wholly behind one part of a body are.
   /// @param bounds   One of those given to Place().
   /// @param indices  Takes them; grows as needed and never shrinks.
   /// @returns how many indices there are.
   std::size_t Select(const RayBounds& bounds, std::vector<std::uint32_t>* indices) const;
 
  private:
-  // Where vertices and triangles are in the arrays below.
-  struct Geometry {
+  // A level of detail: where its vertices and triangles are in the arrays below, and what hides behind it.
+  struct Level {
     std::uint32_t first_vertex{0}, first_triangle{0};
     std::uint32_t vertices{0}, triangles{0};
+    Occluders occluders;
+    double slack{0.0};  // The mesh may be as much smaller than that which the occluders are of [m].
   };
 
   // Of one body, in its own frame.
@@ -64,35 +66,33 @@ class VisibleTriangles {
     int frame{kWorldFrame};
     float brightness{0.0F};
     BoundingSphere bound;
-    std::vector<Geometry> levels;  // Of detail, the finest first.
-    std::vector<double> errors;    // Of theirs [m].
-    std::vector<Ellipsoid> occluders;
+    std::vector<Level> levels;   // Of detail, the finest first.
+    std::vector<double> errors;  // Of theirs [m].
     bool placed{false};
-    Geometry shown;  // The level in use, and its error.
-    double error{0.0};
+    const Level* shown{nullptr};  // The one in use, of what is placed.
     bool crosses_near{false};  // May reach the plane through the camera: no rays to its vertices.
     Eigen::Isometry3d X_CB{Eigen::Isometry3d::Identity()};
     Eigen::Vector3d centre_C{Eigen::Vector3d::Zero()};
+    RayBounds seen;  // Holds the rays to its vertices.
   };
 
   // An occluder as it is seen.
   struct SeenOccluder {
-    double size;  // In the image [rad^2].
-    Eigen::Vector3d centre_C;
-    double reach;               // Longest semi-axis [m].
-    Eigen::Matrix3d to_unit_C;  // In C's axes [1/m].
+    double size;  // Of its bounds within what is asked for.
+    SweptEllipsoid solid_C;
+    RayBounds seen;
+    const Mesh* own;  // The mesh that it hides nothing of, if any.
   };
 
-  // A mesh that is drawn, of a solid that hides what is behind it.
+  // A mesh that is drawn. `solid`: what of it hides what is behind it is that of this one.
   void Add(int frame, const TriangleMesh& mesh, const Eigen::Vector3f& colour,
-           const TriangleMesh& solid);
-  Geometry Store(const TriangleMesh& mesh);
+           const TriangleMesh* solid);
+  Level Store(const TriangleMesh& mesh);
   void ChooseDetail(Mesh* mesh) const;
-  void PlaceVertices(const Mesh& mesh, const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
+  void PlaceVertices(Mesh* mesh, const Eigen::Vector3d& light_B, const Eigen::Vector3d& up_B,
                      LitVertex* vertices);
-  void FindOccludersInUse();
-  void HideVertices(const Mesh& mesh, const SeenOccluder& occluder, std::uint32_t bit);
-  void HideBehindParts();
+  void FindOccludersInUse(const std::vector<RayBounds>& bounds);
+  void HideBehindParts(const std::vector<RayBounds>& bounds);
   void FindFacing(const Mesh& mesh, const Eigen::Vector3d& eye_B);
 
   CameraModel camera_;
