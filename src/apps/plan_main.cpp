@@ -27,6 +27,7 @@ struct Arguments {
   std::optional<std::uint64_t> seed;
   std::string shard = "1/1";
   std::vector<std::string> merge;
+  bool anew = false;
   bool no_pictures = false;
   bool list = false;
   bool quiet = false;
@@ -146,11 +147,18 @@ int PlaceFixed(const Arguments& arguments, const PlacementSetup& setup, PlanTeam
 
 int Sweep(const Arguments& arguments, const PlacementSetup& setup, PlanTeam* team) {
   const Shard shard = ParseShard(arguments.shard);
+  const bool helps = team->rank() > 0;
   const std::string path =
-      MakeStem(arguments.out, setup.name) + "_sweep" + SuffixOf(shard) + ".csv";
+      helps ? "" : MakeStem(arguments.out, setup.name) + "_sweep" + SuffixOf(shard) + ".csv";
   PlanProgressBar bar(arguments.quiet);
-  RunSweep(setup, shard, path, std::ref(bar), DealerOf(team));
+  const int left =
+      RunSweep(setup, shard, path, arguments.anew ? Begin::kAnew : Begin::kWhereItStopped,
+               std::ref(bar), DealerOf(team));
   bar.End();
+  if (helps) return kExitOk;
+  if (left > 0 && !arguments.quiet) {
+    std::cout << left << " of the items were in the table already (--anew works them out again)\n";
+  }
   if (!arguments.quiet) std::cout << BestOfSweep(path, 5) << "  " << path << '\n';
   return kExitOk;
 }
@@ -233,6 +241,9 @@ int main(int argc, char** argv) {
       ->type_name("FILES")
       ->excludes(shard)
       ->excludes(grid_check);
+  app.add_flag(
+      "--anew", arguments.anew,
+      "Of a sweep: works out all items, also those that an interrupted run left in the table");
   app.add_flag("--no-pictures", arguments.no_pictures, "Writes the result alone");
   app.add_flag("--list", arguments.list, "Lists the built-in problems and ends");
   app.add_flag("--quiet", arguments.quiet, "Prints nothing but errors");

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <system_error>
 
 #include "vantage/math/angles.h"
 #include "vantage/math/error.h"
@@ -36,11 +38,11 @@ std::string CoordinateTitle(const PlacementSweep& sweep, int i) {
   return title;
 }
 
-// What a shard's table begins with: equal for all shards of one problem.
+// What a shard's table begins with: equal for all shards of one problem and seed.
 std::string HeaderOf(const PlacementSetup& setup) {
   std::string header =
       "# vantage-plan sweep of " + setup.name + ", problem " + std::to_string(setup.fingerprint) +
-      ", " + std::to_string(setup.sweep.size()) +
+      ", seed " + std::to_string(setup.search.seed) + ", " + std::to_string(setup.sweep.size()) +
       " items\nitem,case,x [m],y [m],z [m],yaw [deg],found,value,camera x [m],camera y [m],"
       "camera z [m],camera qw,camera qx,camera qy,camera qz";
   for (int i = 0; i < MostCoordinates(setup.sweep); ++i) {
@@ -81,7 +83,15 @@ struct Table {
   int items{0};
 };
 
-void Append(const std::string& path, Table* table) {
+// The number of fields tells a line that was cut off while it was written, unless that was within the last.
+bool IsWhole(const std::string& line, const std::string& header) {
+  const std::string titles = header.substr(header.find('\n') + 1);
+  return std::count(line.begin(), line.end(), ',') == std::count(titles.begin(), titles.end(), ',');
+}
+
+// @param torn  Takes whether the last line was cut off while it was written; such a line is left out. Without it,
+//   that is an error.
+void Append(const std::string& path, Table* table, bool* torn = nullptr) {
   std::ifstream in(path);
   if (!in) throw ConfigError(path, "", "cannot be opened");
   std::string first, second, line;
@@ -100,57 +110,93 @@ void Append(const std::string& path, Table* table) {
   table->header = header;
   table->items = items;
   for (int number = 3; std::getline(in, line); ++number) {
+    if (in.eof() && torn != nullptr) {
+      *torn = true;
+      return;
+    }
+    const std::string where = path + ":" + std::to_string(number);
     int item = -1;
     if (std::sscanf(line.c_str(), "%d,", &item) != 1 || item < 0 || item >= items) {
-      throw ConfigError(path + ":" + std::to_string(number), "", "is no line of a sweep");
+      throw ConfigError(where, "", "is no line of a sweep");
+    }
+    if (in.eof() || !IsWhole(line, header)) {
+      throw ConfigError(where, "", "is cut off: run this part of the sweep again to finish it");
     }
     if (!table->lines.emplace(item, line + "\n").second) {
-      throw ConfigError(path + ":" + std::to_string(number), "",
-                        "item " + std::to_string(item) + " is there twice");
+      throw ConfigError(where, "", "item " + std::to_string(item) + " is there twice");
     }
   }
 }
 
+// At no time is there less in the file than before.
 void WriteTable(const std::string& path, const std::string& header,
                 const std::map<int, std::string>& lines) {
-  std::ofstream out(path);
+  const std::string fresh = path + ".new";
+  std::ofstream out(fresh);
   out << header;
   for (const auto& line : lines) out << line.second;
   out.close();
-  if (!out) throw WriteError(path);
+  std::error_code error;
+  if (out) std::filesystem::rename(fresh, path, error);
+  if (!out || error) throw WriteError(path);
+}
+
+// Lines that an interrupted run of the same sweep has left.
+std::map<int, std::string> LinesLeft(const std::string& path, const std::string& header) {
+  std::ifstream in(path);
+  std::string first;
+  if (!in || !std::getline(in, first) || header.rfind(first + "\n", 0) != 0) return {};
+  Table table;
+  table.header = header;
+  bool torn = false;
+  Append(path, &table, &torn);
+  return table.lines;
 }
 
 }  // namespace
 
-void RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string& path,
-              const PlanProgress& told, const DealItems& deal) {
-  const std::vector<int> items = ItemsOf(shard, setup.sweep.size());
-  std::ofstream out;
+int RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string& path, Begin begin,
+             const PlanProgress& told, const DealItems& deal) {
+  const std::string header = HeaderOf(setup);
+  const bool helps = path.empty();
   std::map<int, std::string> lines;
+  if (!helps && begin == Begin::kWhereItStopped) lines = LinesLeft(path, header);
+  std::vector<int> items = ItemsOf(shard, setup.sweep.size());
+  items.erase(
+      std::remove_if(items.begin(), items.end(), [&](int item) { return lines.count(item) > 0; }),
+      items.end());
+  const auto left = static_cast<int>(lines.size());
   std::optional<double> best;
+  const auto judge = [&](const std::string& line) {
+    const std::vector<std::string> fields = FieldsOf(line);
+    if (fields[kFoundField] != "1") return;
+    const double value = std::strtod(fields[kValueField].c_str(), nullptr);
+    if (!best || value > *best) best = value;
+  };
+  for (const auto& [item, line] : lines) judge(line);
+  std::ofstream out;
+  if (!helps) {
+    WriteTable(path, header, lines);
+    out.open(path, std::ios::app);
+  }
   const auto work = [&](int item) {
     const PlacementModel model(ProblemAt(setup.sweep, item));
     return LineOf(setup, item, PlaceCamera(model, setup.search).best);
   };
+  std::size_t done = 0;
   const auto take = [&](int item, const std::string& line) {
-    if (lines.empty()) {
-      out.open(path);
-      out << HeaderOf(setup);
-    }
     out << line << std::flush;  // so that little is lost when the machine goes down
     lines[item] = line;
-    const std::vector<std::string> fields = FieldsOf(line);
-    if (fields[kFoundField] == "1") {
-      const double value = std::strtod(fields[kValueField].c_str(), nullptr);
-      if (!best || value > *best) best = value;
-    }
-    if (told)
-      told("sweep", static_cast<double>(lines.size()) / static_cast<double>(items.size()), best);
+    judge(line);
+    ++done;
+    if (told) told("sweep", static_cast<double>(done) / static_cast<double>(items.size()), best);
   };
   deal(items, work, take);
-  if (lines.empty() && !items.empty()) return;  // another process took the results
+  if (helps) return 0;
   out.close();
-  WriteTable(path, HeaderOf(setup), lines);
+  if (!out) throw WriteError(path);
+  WriteTable(path, header, lines);
+  return left;
 }
 
 void MergeSweeps(const std::vector<std::string>& paths, const std::string& path) {

@@ -1,5 +1,9 @@
 #include "plan_sweep.h"
 
+#include <stdexcept>
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "config_error.h"
@@ -116,7 +120,7 @@ TEST(PlanSweep, OfResultsInAnyOrderIsTheSameTable) {
   const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
   const PlacementSetup setup = SetupOf(kProblem);
   RunSweep(setup, {1, 1}, file("in order"));
-  RunSweep(setup, {1, 1}, file("backwards"), {},
+  RunSweep(setup, {1, 1}, file("backwards"), Begin::kAnew, {},
            [](auto items, const auto& work, const auto& take) {
              for (auto item = items.rbegin(); item != items.rend(); ++item)
                take(*item, work(*item));
@@ -124,7 +128,81 @@ TEST(PlanSweep, OfResultsInAnyOrderIsTheSameTable) {
   EXPECT_EQ(ReadFile(file("backwards")), ReadFile(file("in order")));
 }
 
+// Works out no more than `most` items, as if it had been interrupted then.
+DealItems Interrupted(int most, std::vector<int>* worked) {
+  return [most, worked](const auto& items, const auto& work, const auto& take) {
+    for (const int item : items) {
+      if (static_cast<int>(worked->size()) >= most) throw std::runtime_error("interrupted");
+      take(item, work(item));
+      worked->push_back(item);
+    }
+  };
+}
+
+TEST(PlanSweep, GoesOnWhereItWasInterrupted) {
+  const TemporaryFolder folder;
+  const auto file = [&](const std::string& name) { return (folder.path() / name).string(); };
+  const PlacementSetup setup = SetupOf(kProblem);
+  RunSweep(setup, {1, 1}, file("whole"));
+  std::vector<int> first;
+  EXPECT_THROW(RunSweep(setup, {1, 1}, file("cut"), {}, {}, Interrupted(2, &first)),
+               std::runtime_error);
+  // The machine went down in the middle of a line.
+  const std::string header_and_two = ReadFile(file("cut"));
+  const std::string whole = ReadFile(file("whole"));
+  ASSERT_EQ(whole.rfind(header_and_two, 0), 0U);
+  folder.Write("cut", whole.substr(0, header_and_two.size() + 9));
+  std::vector<int> rest;
+  EXPECT_EQ(RunSweep(setup, {1, 1}, file("cut"), {}, {}, Interrupted(9, &rest)), 2);
+  EXPECT_EQ(rest, (std::vector<int>{2, 3, 4, 5}));
+  EXPECT_EQ(ReadFile(file("cut")), whole);
+  // What is complete stays; anew means anew; another seed is another sweep.
+  std::vector<int> none;
+  EXPECT_EQ(RunSweep(setup, {1, 1}, file("cut"), {}, {}, Interrupted(0, &none)), 6);
+  std::vector<int> all;
+  EXPECT_EQ(RunSweep(setup, {1, 1}, file("cut"), Begin::kAnew, {}, Interrupted(9, &all)), 0);
+  EXPECT_EQ(all.size(), 6U);
+  PlacementSetup other = setup;
+  other.search.seed += 1;
+  std::vector<int> with_seed;
+  EXPECT_EQ(RunSweep(other, {1, 1}, file("cut"), {}, {}, Interrupted(9, &with_seed)), 0);
+  EXPECT_EQ(with_seed.size(), 6U);
+}
+
+TEST(PlanSweep, OfALineThatIsCutOffIsNotMerged) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "table").string();
+  RunSweep(SetupOf(kProblem), {1, 1}, path);
+  const std::string whole = ReadFile(path);
+  for (const std::size_t missing : {1, 3, 40}) {
+    folder.Write("torn", whole.substr(0, whole.size() - missing));
+    const std::string error = ConfigErrorOf([&] {
+      MergeSweeps({(folder.path() / "torn").string()}, (folder.path() / "out").string());
+    });
+    EXPECT_NE(error.find("torn:8: is cut off"), std::string::npos) << missing << " " << error;
+  }
+}
+
 #ifdef VANTAGE_MPIRUN
+// A second run finds all items in the table, and nothing is left to deal.
+TEST(PlanSweep, UnderMpiGoesOnWhereItWasInterrupted) {
+  const TemporaryFolder folder;
+  folder.Write("sweep.yaml", kCases);
+  const std::string command =
+      std::string(VANTAGE_MPIRUN) + " -n 2 " VANTAGE_BIN "/vantage-plan-mpi " +
+      (folder.path() / "sweep.yaml").string() + " --out " + folder.path().string();
+  ASSERT_EQ(RunProgram(command).exit_code, 0);
+  const std::string whole = ReadFile((folder.path() / "sweep_sweep.csv").string());
+  for (const std::size_t kept : {whole.size(), whole.size() / 2}) {
+    folder.Write("sweep_sweep.csv", whole.substr(0, kept));
+    const ProgramRun again = RunProgram(command);
+    EXPECT_EQ(again.exit_code, 0) << again.output;
+    EXPECT_NE(again.output.find("items were in the table already"), std::string::npos)
+        << again.output;
+    EXPECT_EQ(ReadFile((folder.path() / "sweep_sweep.csv").string()), whole);
+  }
+}
+
 TEST(PlanSweep, UnderMpiIsTheSameToTheLastBit) {
   const TemporaryFolder folder;
   folder.Write("sweep.yaml", kCases);
