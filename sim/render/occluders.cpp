@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <map>
+#include <cstddef>
 #include <numeric>
 #include <optional>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <meshoptimizer.h>
 
 #include "vantage/math/angles.h"
 
@@ -32,18 +32,22 @@ struct Surface {
 };
 
 Surface Weld(const TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3f> points = mesh.vertices;
+  for (Eigen::Vector3f& p : points)
+    p.array() += 0.0F;  // -0 is 0, which equality to the bit would deny.
+  std::vector<unsigned> welded(points.size());
+  const std::size_t different = meshopt_generateVertexRemap(
+      welded.data(), nullptr, points.size(), points.data(), points.size(), sizeof(Eigen::Vector3f));
   Surface surface;
-  std::map<std::array<float, 3>, int> found;
-  std::vector<int> welded;
-  for (const Eigen::Vector3f& p : mesh.vertices) {
-    const auto next = static_cast<int>(surface.points.size());
-    const auto [entry, is_new] = found.try_emplace({p.x(), p.y(), p.z()}, next);
-    if (is_new) surface.points.emplace_back(p.cast<double>());
-    welded.push_back(entry->second);
+  surface.points.resize(different);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    surface.points[welded[i]] = points[i].cast<double>();
   }
-  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
-    const Corners t{welded[mesh.indices[i]], welded[mesh.indices[i + 1]],
-                    welded[mesh.indices[i + 2]]};
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) {
+      return static_cast<int>(welded[mesh.indices[i + k]]);
+    };
+    const Corners t{corner(0), corner(1), corner(2)};
     if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) surface.triangles.push_back(t);
   }
   return surface;
@@ -61,23 +65,32 @@ std::vector<std::vector<Corners>> SplitParts(const Surface& surface) {
     parent[root(t[1])] = root(t[0]);
     parent[root(t[2])] = root(t[0]);
   }
-  std::map<int, std::vector<Corners>> parts;
-  for (const Corners& t : surface.triangles) parts[root(t[0])].push_back(t);
-  std::vector<std::vector<Corners>> result;
-  for (auto& [unused, part] : parts) result.push_back(std::move(part));
-  return result;
+  std::vector<int> part_of(surface.points.size(), -1);
+  std::vector<std::vector<Corners>> parts;
+  for (const Corners& t : surface.triangles) {
+    int& part = part_of[root(t[0])];
+    if (part < 0) {
+      part = static_cast<int>(parts.size());
+      parts.emplace_back();
+    }
+    parts[part].push_back(t);
+  }
+  return parts;
 }
 
 // Each edge is passed once each way.
 bool IsClosed(const std::vector<Corners>& part) {
-  std::map<std::pair<int, int>, int> passed;
+  std::vector<std::pair<int, int>> there;
+  std::vector<std::pair<int, int>> back;
   for (const Corners& t : part) {
-    for (int k = 0; k < 3; ++k) ++passed[{t[k], t[(k + 1) % 3]}];
+    for (int k = 0; k < 3; ++k) {
+      there.emplace_back(t[k], t[(k + 1) % 3]);
+      back.emplace_back(t[(k + 1) % 3], t[k]);
+    }
   }
-  return std::all_of(passed.begin(), passed.end(), [&](const auto& edge) {
-    const auto back = passed.find({edge.first.second, edge.first.first});
-    return edge.second == 1 && back != passed.end();
-  });
+  std::sort(there.begin(), there.end());
+  std::sort(back.begin(), back.end());
+  return there == back && std::adjacent_find(there.begin(), there.end()) == there.end();
 }
 
 std::vector<Vector3d> PointsOf(const Surface& surface, const std::vector<Corners>& part) {
