@@ -56,9 +56,10 @@ void AddSummary(const RunLog& log, HtmlPage* page) {
     if (measured != log.statuses.rend()) {
       tiles.push_back({"last image error", Number(measured->error_px, "%.3g") + " px"});
     }
-    // That the operator ends a run is no fault of it.
-    const auto by_operator = last.stops_by[static_cast<std::size_t>(HoldReason::kOperator)];
-    tiles.push_back({"stops", std::to_string(last.stops), last.stops > by_operator});
+    // Each run that ends in order ends by the operator.
+    const auto unasked =
+        last.stops - last.stops_by[static_cast<std::size_t>(HoldReason::kOperator)];
+    tiles.push_back({"stops not asked for", std::to_string(unasked), unasked > 0});
     tiles.push_back({"control periods", std::to_string(last.seq)});
     tiles.push_back({"begun late", std::to_string(last.deadline_misses), last.deadline_misses > 0});
     tiles.push_back(
