@@ -18,6 +18,15 @@ struct UnitSpace {
   float ex, ey, ez;  // The camera.
 };
 
+struct UnitPoint {
+  float x, y, z;
+};
+
+inline UnitPoint ToUnit(const UnitSpace& s, float x, float y, float z) {
+  return {s.d00 * x + s.d01 * y + s.d02 * z + s.tx, s.d10 * x + s.d11 * y + s.d12 * z + s.ty,
+          s.d20 * x + s.d21 * y + s.d22 * z + s.tz};
+}
+
 // Whether the segment from the camera to a point meets a unit sphere: the line does, on the camera's near side, and the
 // point lies beyond the nearest point or in the sphere. e and w: from the sphere's centre to the camera and the point.
 inline bool MeetsUnitSphere(float ex, float ey, float ez, float wx, float wy, float wz) {
@@ -36,27 +45,24 @@ inline bool MeetsUnitSphere(float ex, float ey, float ez, float wx, float wy, fl
 
 // Thin plates are far away in their space: distances are taken from cross products there, as differences of squares would
 // be off by more than the plate's rim allows.
-VANTAGE_CLONED void MarkBehindEllipsoid(const UnitSpace& space, const PointArrays& points,
+VANTAGE_CLONED void MarkBehindEllipsoid(const UnitSpace& space, const PointArrays& given,
                                         std::uint32_t bit, std::uint32_t* marks) {
   const UnitSpace s = space;
-  const float* const x = points.x;
-  const float* const y = points.y;
-  const float* const z = points.z;
+  const PointArrays points = given;
   const int count = static_cast<int>(points.count);
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
-    const float wx = s.d00 * x[i] + s.d01 * y[i] + s.d02 * z[i] + s.tx;
-    const float wy = s.d10 * x[i] + s.d11 * y[i] + s.d12 * z[i] + s.ty;
-    const float wz = s.d20 * x[i] + s.d21 * y[i] + s.d22 * z[i] + s.tz;
+    const auto [wx, wy, wz] = ToUnit(s, points.x[i], points.y[i], points.z[i]);
     marks[i] |= MeetsUnitSphere(s.ex, s.ey, s.ez, wx, wy, wz) ? bit : 0U;
   }
 }
 
 // Behind the ellipsoid at one of the ends, or behind or in what is between them.
 VANTAGE_CLONED void MarkBehindBar(const UnitSpace& space, const Vector3f& segment,
-                                  const PointArrays& points, std::uint32_t bit,
+                                  const PointArrays& given, std::uint32_t bit,
                                   std::uint32_t* marks) {
   const UnitSpace s = space;
+  const PointArrays points = given;
   const Vector3f camera(s.ex, s.ey, s.ez);
   const float e = segment.squaredNorm();
   const float f = segment.dot(camera);
@@ -65,15 +71,10 @@ VANTAGE_CLONED void MarkBehindBar(const UnitSpace& space, const Vector3f& segmen
   const float sx = segment.x(), sy = segment.y(), sz = segment.z();
   const float nx = normal.x(), ny = normal.y(), nz = normal.z();
   const float ox = from_other.x(), oy = from_other.y(), oz = from_other.z();
-  const float* const x = points.x;
-  const float* const y = points.y;
-  const float* const z = points.z;
   const int count = static_cast<int>(points.count);
 #pragma omp simd
   for (int i = 0; i < count; ++i) {
-    const float wx = s.d00 * x[i] + s.d01 * y[i] + s.d02 * z[i] + s.tx;
-    const float wy = s.d10 * x[i] + s.d11 * y[i] + s.d12 * z[i] + s.ty;
-    const float wz = s.d20 * x[i] + s.d21 * y[i] + s.d22 * z[i] + s.tz;
+    const auto [wx, wy, wz] = ToUnit(s, points.x[i], points.y[i], points.z[i]);
     const bool ends = MeetsUnitSphere(s.ex, s.ey, s.ez, wx, wy, wz) |
                       MeetsUnitSphere(ox, oy, oz, wx - sx, wy - sy, wz - sz);
     // Of the lines along the way and the segment: their distance, and whether the nearest points are on both. All is

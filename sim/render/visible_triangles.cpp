@@ -23,7 +23,8 @@ constexpr float kSnap = 1.0F / 64.0F;
 // Most occluders in use at a time: the next one costs more than the triangles that it hides.
 constexpr std::size_t kMaxOccluders = 12;
 
-// A step of a depth of 24 bits is this, in units of Z² over the near distance; doubled for single precision.
+// A step of the depth buffer next to 1, in units of Z² over the near distance; doubled as depths are interpolated in single
+// precision.
 constexpr double kDepthStep = 2.0 / (1 << 24);
 
 // Radius of the sphere about the centre that holds it [m].

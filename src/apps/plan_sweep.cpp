@@ -89,9 +89,10 @@ bool IsWhole(const std::string& line, const std::string& header) {
   return std::count(line.begin(), line.end(), ',') == std::count(titles.begin(), titles.end(), ',');
 }
 
-// @param torn  Takes whether the last line was cut off while it was written; such a line is left out. Without it,
-//   that is an error.
-void Append(const std::string& path, Table* table, bool* torn = nullptr) {
+// A last line that was cut off while it was written: left out, or an error.
+enum class Torn { kLeftOut, kRefused };
+
+void Append(const std::string& path, Torn torn, Table* table) {
   std::ifstream in(path);
   if (!in) throw ConfigError(path, "", "cannot be opened");
   std::string first, second, line;
@@ -110,10 +111,7 @@ void Append(const std::string& path, Table* table, bool* torn = nullptr) {
   table->header = header;
   table->items = items;
   for (int number = 3; std::getline(in, line); ++number) {
-    if (in.eof() && torn != nullptr) {
-      *torn = true;
-      return;
-    }
+    if (in.eof() && torn == Torn::kLeftOut) return;
     const std::string where = path + ":" + std::to_string(number);
     int item = -1;
     if (std::sscanf(line.c_str(), "%d,", &item) != 1 || item < 0 || item >= items) {
@@ -148,8 +146,7 @@ std::map<int, std::string> LinesLeft(const std::string& path, const std::string&
   if (!in || !std::getline(in, first) || header.rfind(first + "\n", 0) != 0) return {};
   Table table;
   table.header = header;
-  bool torn = false;
-  Append(path, &table, &torn);
+  Append(path, Torn::kLeftOut, &table);
   return table.lines;
 }
 
@@ -201,7 +198,7 @@ int RunSweep(const PlacementSetup& setup, const Shard& shard, const std::string&
 
 void MergeSweeps(const std::vector<std::string>& paths, const std::string& path) {
   Table table;
-  for (const std::string& part : paths) Append(part, &table);
+  for (const std::string& part : paths) Append(part, Torn::kRefused, &table);
   for (int item = 0; item < table.items; ++item) {
     if (table.lines.count(item) == 0) {
       throw ConfigError("", "--merge",
@@ -213,7 +210,7 @@ void MergeSweeps(const std::vector<std::string>& paths, const std::string& path)
 
 std::string BestOfSweep(const std::string& path, int most) {
   Table table;
-  Append(path, &table);
+  Append(path, Torn::kRefused, &table);
   std::vector<std::pair<double, std::string>> found;
   for (const auto& [item, line] : table.lines) {
     const std::vector<std::string> fields = FieldsOf(line);

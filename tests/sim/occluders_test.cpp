@@ -202,6 +202,7 @@ class OccludersIn {
     return a_.pixels == b_.pixels;
   }
 
+  [[nodiscard]] std::size_t left_out() const { return left_out_; }
   [[nodiscard]] double share_left_out() const {
     return static_cast<double>(left_out_) / static_cast<double>(faces_);
   }
@@ -238,6 +239,7 @@ TEST(Occluders, ChangeNoPixel) {
     const SceneState state = test::ToyState(uniform(random), uniform(random), uniform(random));
     ASSERT_TRUE(in.ChangeNoPixel(X_WC, state)) << "view " << i;
   }
+  EXPECT_GT(in.left_out(), 200U * 100U);
   EXPECT_GT(in.share_left_out(), 0.2);
 }
 
